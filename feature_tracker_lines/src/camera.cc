@@ -6,8 +6,10 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <vector>
+
+#include "data/range_check.h"
+#include "slim_init/text.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
@@ -156,25 +158,15 @@ const char* toString(CameraModel model) {
 }
 
 std::string CameraParameters::validate() const {
-  std::ostringstream out;
-  const auto within = [&out](const char* name, double value, double min, double max) {
-    if (out.tellp() == 0 && !(value >= min && value <= max)) {
-      out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
-    }
-  };
-  within("width", width, 16, 20000);
-  within("height", height, 16, 20000);
-  within("fx", fx, 1.0, 1e5);
-  within("fy", fy, 1.0, 1e5);
+  RangeCheck check;
+  check.within("width", width, 16, 20000).within("height", height, 16, 20000);
+  check.within("fx", fx, 1.0, 1e5).within("fy", fy, 1.0, 1e5);
   // A centre outside the image is a mix-up of width and height, or of pixels and fractions.
-  within("cx", cx, 0.0, width);
-  within("cy", cy, 0.0, height);
-  for (size_t i = 0; i < distortion.size(); ++i) {
-    const std::string name = "distortion[" + std::to_string(i) + "]";
-    within(name.c_str(), distortion[i], -100.0, 100.0);
+  check.within("cx", cx, 0.0, 1.0 * width).within("cy", cy, 0.0, 1.0 * height);
+  for (std::size_t i = 0; i < distortion.size(); ++i) {
+    check.within(text("distortion[", i, "]"), distortion[i], -100.0, 100.0);
   }
-  within("xi", xi, 0.0, 10.0);
-  return out.str();
+  return check.within("xi", xi, 0.0, 10.0).message();
 }
 
 Camera::Camera(const CameraParameters& parameters) : parameters_(parameters) {

@@ -65,21 +65,19 @@ Rise steepestRise(const cv::Mat& grey, const Eigen::Vector2d& middle, const Eige
   for (int j = -reach; j <= reach; ++j) {
     const float x = static_cast<float>(middle.x()) + static_cast<float>(j) * ax;
     const float y = static_cast<float>(middle.y()) + static_cast<float>(j) * ay;
-    profile[static_cast<std::size_t>(j + reach)] =
-        (brightness(grey, x, y) + brightness(grey, x + ay, y - ax) +
-         brightness(grey, x - ay, y + ax)) /
-        3.0F;
+    profile[j + reach] = (brightness(grey, x, y) + brightness(grey, x + ay, y - ax) +
+                          brightness(grey, x - ay, y + ax)) /
+                         3.0F;
   }
   std::array<float, kMaxProfile> slope;  // valid from 1 to 2 reach - 1
   for (int j = 1; j < 2 * reach; ++j) {
-    slope[static_cast<std::size_t>(j)] = 0.5F * (profile[static_cast<std::size_t>(j + 1)] -
-                                                 profile[static_cast<std::size_t>(j - 1)]);
+    slope[j] = 0.5F * (profile[j + 1] - profile[j - 1]);
   }
   double best = 0.0;
   for (int j = 2; j < 2 * reach - 1; ++j) {
-    const float here = slope[static_cast<std::size_t>(j)];
-    const float left = slope[static_cast<std::size_t>(j - 1)];
-    const float right = slope[static_cast<std::size_t>(j + 1)];
+    const float here = slope[j];
+    const float left = slope[j - 1];
+    const float right = slope[j + 1];
     if (!(here > least_slope && here >= left && here > right)) continue;
     const int off = j - reach;
     const double value = here / (1.0 + kCentrePreference * off * off);
@@ -154,15 +152,14 @@ EdgePoints findEdgePoints(const cv::Mat& grey, const ArcPixels& arc, int search,
     if (!arc.jacobian(i, &J)) continue;
     const Eigen::Vector2d along = J.col(0).normalized();
     const Eigen::Vector2d across(-along.y(), along.x());
-    const Rise rise =
-        steepestRise(grey, arc.pixel[static_cast<std::size_t>(i + 1)], across, search, least_slope);
+    const Rise rise = steepestRise(grey, arc.pixel[i + 1], across, search, least_slope);
     if (!rise.found) continue;
     const Eigen::Vector2d moved = J.inverse() * (rise.offset_px * across);
     if (!moved.allFinite()) continue;
     points.x[points.count] = arc.xOf(i) + moved.x();
     points.y[points.count] = moved.y();
     points.slope[points.count] = rise.slope;
-    points.sample[static_cast<std::size_t>(points.count)] = i;
+    points.sample[points.count] = i;
     ++points.count;
   }
   return points;
@@ -176,7 +173,7 @@ struct Stretch {
 // The longest stretch of points within kInlierPx of the fit whose gaps are no longer than may
 // be bridged.
 Stretch longestStretch(const EdgePoints& points, const StraightFit& fit, double focal_px) {
-  const auto sampleOf = [&points](int k) { return points.sample[static_cast<std::size_t>(k)]; };
+  const auto sampleOf = [&points](int k) { return points.sample[k]; };
   Stretch best, current;
   for (int k = 0; k < points.count; ++k) {
     if (std::abs(points.residual(k, fit) * focal_px) > kInlierPx) continue;
@@ -203,8 +200,7 @@ int measureEdge(const EdgePoints& points, const StraightFit& fit, const Stretch&
     squares += residual_px * residual_px;
     slopes.push_back(points.slope[k]);
   }
-  const int samples = points.sample[static_cast<std::size_t>(stretch.last)] -
-                      points.sample[static_cast<std::size_t>(stretch.first)] + 1;
+  const int samples = points.sample[stretch.last] - points.sample[stretch.first] + 1;
   const auto count = static_cast<int>(slopes.size());
   edge->support = static_cast<double>(count) / samples;
   edge->rms_px = std::sqrt(squares / count);

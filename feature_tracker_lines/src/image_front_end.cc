@@ -2,18 +2,23 @@
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <deque>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 
-#include "feature_tracker.h"
+#include "image_pyramid.h"
 #include "imu/preintegration.h"
 #include "imu/row_compensation.h"
+#include "line_tracker.h"
+#include "point_tracker.h"
 #include "rotation/robust_bias.h"
-#include "rotation_prior.h"
+#include "row_camera.h"
 #include "slim_init/row_times.h"
-#include "stopwatch.h"
+#include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
@@ -59,6 +64,254 @@ StreamOptions limitedTo(const ImuLimits& limits) {
   StreamOptions options;
   options.imu = limits;
   return options;
+}
+
+/// Wall-clock time since construction or the last lap.
+class Stopwatch {
+ public:
+  /// Returns the time [ms] and restarts.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
+    start_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Distance of points in a halved image [px], at least: closer ones share most of their patches.
+constexpr double kLeastDistancePx = 10.0;
+
+// A dark image is tracked with its grey levels multiplied by 2, 4 or 8: all its contrast lies in a
+// few levels, and the fixed-point arithmetic of detection and tracking rounds most of it away. What
+// counts is the level that one pixel in a hundred exceeds. The factor is kept while that level
+// stays between these two, since a change costs a pyramid.
+constexpr int kMaxGain = 8;
+constexpr int kDarkLevel = 60, kBrightLevel = 240;
+constexpr int kWantedLevel = 160;  // after a change at most
+
+// Grey level that one of a hundred pixels exceeds; every fourth row and column counts.
+int brightLevel(const cv::Mat& grey) {
+  std::array<int, 256> histogram{};
+  int count = 0;
+  for (int y = 0; y < grey.rows; y += 4) {
+    const uchar* row = grey.ptr<uchar>(y);
+    for (int x = 0; x < grey.cols; x += 4, ++count) ++histogram[row[x]];
+  }
+  int level = 255;
+  for (int above = histogram[255]; level > 0 && 100 * above <= count;) {
+    above += histogram[--level];
+  }
+  return level;
+}
+
+int gainFor(const cv::Mat& grey, int present) {
+  const int level = brightLevel(grey);
+  const int seen = level * present;
+  // As it came until it is dark, and brightened until it is bright.
+  if (present == 1 ? seen >= kDarkLevel : seen >= kDarkLevel && seen <= kBrightLevel) {
+    return present;
+  }
+  int gain = 1;
+  while (gain < kMaxGain && 2 * gain * level <= kWantedLevel) gain *= 2;
+  return gain;
+}
+
+// VINS-Mono works on the image as it is.
+int halvingsOf(const CameraParameters& camera, TrackerProfile profile) {
+  return profile == TrackerProfile::kVins ? 0 : halvingsFor({camera.width, camera.height});
+}
+
+// The camera of the halved image, whose pixel (x, y) lies at (2 x, 2 y).
+CameraParameters halved(CameraParameters camera, int halvings) {
+  for (int i = 0; i < halvings; ++i) {
+    camera.width = (camera.width + 1) / 2;
+    camera.height = (camera.height + 1) / 2;
+    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= 0.5;
+  }
+  return camera;
+}
+
+// The options for that image: the distance between points is one in the camera's image.
+FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, int halvings) {
+  if (halvings == 0) return options;
+  double& distance_px = options.points.min_distance_px;
+  distance_px =
+      std::max(std::ldexp(distance_px, -halvings), std::min(distance_px, kLeastDistancePx));
+  if (!options.mask.empty()) {
+    cv::resize(options.mask, options.mask, cv::Size(camera.width, camera.height), 0.0, 0.0,
+               cv::INTER_NEAREST);
+  }
+  return options;
+}
+
+// Sub-pixel drawing: OpenCV takes coordinates with binary places.
+constexpr int kShift = 4;
+const cv::Scalar kDetected(150, 150, 150), kMatched(255, 120, 0);
+constexpr int kOldAge = 40;  // images: 2 s at 20 Hz
+
+cv::Point fixedPoint(double x, double y) {
+  return {cvRound(x * (1 << kShift)), cvRound(y * (1 << kShift))};
+}
+
+// Blue for new over green to red for old.
+cv::Scalar ageColour(int age) {
+  const double share = std::min(1.0, (age - 1) / static_cast<double>(kOldAge));
+  const auto ramp = [share](double middle) {
+    return 255.0 * std::clamp(1.5 - 3.0 * std::abs(share - middle), 0.0, 1.0);
+  };
+  return {ramp(0.0), ramp(0.5), ramp(1.0)};
+}
+
+/// Image and rotation in, observations out. Pyramids are built once per image and shared.
+class FeatureTracker {
+ public:
+  FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options);
+
+  /// Tracks into `grey` (CV_8UC1, of the camera's size). `given` is the rotation since the image
+  /// before. Fills points and lines of `frame`, and `report` except for the rotation and the gyro
+  /// bias.
+  void track(double t, const cv::Mat& grey, const RotationPrior& given, FrameObservation* frame,
+             ImageReport* report);
+
+  /// See ImageFrontEnd::debugImage().
+  cv::Mat debugImage() const;
+
+  /// Forgets everything but the ids.
+  void reset();
+
+ private:
+  void prepare(const cv::Mat& grey);
+  void brighten(const cv::Mat& grey);
+  void build(const cv::Mat& grey, int gain, ImagePyramid* out);
+  void writeObservations(FrameObservation* frame) const;
+
+  int halvings_;  // of the camera's image until the one that is tracked
+  FrontEndOptions options_;
+  PointTracker points_;
+  LineTracker lines_;
+  ImagePyramid before_, now_;
+  cv::Mat equalized_;
+  // Default profile: the image before as it came, and the factor on the grey levels of both.
+  cv::Mat raw_;
+  int gain_ = 1;
+};
+
+FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
+    : halvings_(halvingsOf(camera, options.profile)),
+      options_(halved(options, halved(camera, halvings_), halvings_)),
+      points_(halved(camera, halvings_), options_),
+      lines_(halved(camera, halvings_), options_) {}
+
+void FeatureTracker::reset() {
+  points_.reset();
+  lines_.reset();
+  before_ = ImagePyramid();
+  now_ = ImagePyramid();
+  gain_ = 1;
+}
+
+void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& given,
+                           FrameObservation* frame, ImageReport* report) {
+  Stopwatch watch;
+  std::swap(before_, now_);
+  prepare(grey);
+  report->image_noise = now_.noise;
+  report->stages.push_back({"prepare", watch.lap()});
+
+  // Lines move as the points do that were followed, beyond the rotation that these were found with.
+  RotationPrior prior = given;
+  points_.follow(t, before_, now_, &prior, report);
+  report->stages.push_back({"points", watch.lap()});
+  points_.refill(now_, report);
+  report->stages.push_back({"new_points", watch.lap()});
+  if (options_.lines.enabled) {
+    std::vector<LineSegment> segments = lines_.detect(now_, given);
+    report->stages.push_back({"segments", watch.lap()});
+    lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
+    report->stages.push_back({"lines", watch.lap()});
+  }
+  writeObservations(frame);
+}
+
+// Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.
+// Both images of a step have the same factor: KLT compares grey levels.
+void FeatureTracker::brighten(const cv::Mat& grey) {
+  const int gain = options_.host.equalize ? gainFor(grey, gain_) : 1;
+  if (gain != gain_ && !before_.empty()) build(raw_, gain, &before_);
+  gain_ = gain;
+  if (options_.host.equalize) grey.copyTo(raw_);
+  build(grey, gain, &now_);
+}
+
+void FeatureTracker::build(const cv::Mat& grey, int gain, ImagePyramid* out) {
+  if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
+  buildImagePyramid(gain > 1 ? equalized_ : grey, options_.points.window_px,
+                    std::max(options_.points.levels, 1), halvings_, out);
+}
+
+// Builds the pyramid, of the equalized image where VINS-Mono equalizes.
+void FeatureTracker::prepare(const cv::Mat& grey) {
+  if (options_.profile != TrackerProfile::kVins) {
+    brighten(grey);
+    return;
+  }
+  if (options_.host.equalize) {
+    cv::createCLAHE(vins::kClaheLimit, cv::Size(vins::kClaheTiles, vins::kClaheTiles))
+        ->apply(grey, equalized_);
+  }
+  buildImagePyramid(options_.host.equalize ? equalized_ : grey, vins::kWindowPx, vins::kLevels,
+                    halvings_, &now_);
+}
+
+void FeatureTracker::writeObservations(FrameObservation* frame) const {
+  const double scale = std::ldexp(1.0, halvings_);
+  frame->points.clear();
+  for (const PointTrack& track : points_.tracks()) {
+    PointObservation point;
+    point.id = track.id;
+    point.bearing = track.bearing;
+    point.pixel = scale * Eigen::Vector2d(track.pixel.x, track.pixel.y);
+    frame->points.push_back(point);
+  }
+  frame->lines.clear();
+  const RowCamera& lens = lines_.lens();
+  for (const LineTrack& track : lines_.tracks()) {
+    LineObservation line;
+    line.id = track.id;
+    line.start_bearing = lens.atOwnRow(track.edge.start, track.edge.start_pixel);
+    line.end_bearing = lens.atOwnRow(track.edge.end, track.edge.end_pixel);
+    line.start_pixel = scale * track.edge.start_pixel;
+    line.end_pixel = scale * track.edge.end_pixel;
+    line.length_px = scale * track.edge.length_px;
+    line.detection_confidence = track.confidence;
+    line.match_quality = track.match_quality;
+    frame->lines.push_back(line);
+  }
+}
+
+cv::Mat FeatureTracker::debugImage() const {
+  if (now_.empty()) return {};
+  cv::Mat image;
+  cv::cvtColor(now_.level(0), image, cv::COLOR_GRAY2BGR);
+  for (const cv::Vec4f& s : lines_.detected()) {
+    cv::line(image, fixedPoint(s[0], s[1]), fixedPoint(s[2], s[3]), kDetected, 1, cv::LINE_AA,
+             kShift);
+  }
+  for (const LineTrack& line : lines_.tracks()) {
+    // New lines have been drawn as detections.
+    if (line.age < 2) continue;
+    const Edge& edge = line.edge;
+    cv::line(image, fixedPoint(edge.start_pixel.x(), edge.start_pixel.y()),
+             fixedPoint(edge.end_pixel.x(), edge.end_pixel.y()), kMatched, 2, cv::LINE_AA, kShift);
+  }
+  for (const PointTrack& point : points_.tracks()) {
+    cv::circle(image, fixedPoint(point.pixel.x, point.pixel.y), 3 << kShift, ageColour(point.age),
+               cv::FILLED, cv::LINE_AA, kShift);
+  }
+  return image;
 }
 
 }  // namespace

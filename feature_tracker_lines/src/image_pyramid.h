@@ -21,9 +21,9 @@ struct ImagePyramid {
   /// This pyramid from level l on, sharing its memory; empty where it has no such level.
   ImagePyramid from(int l) const;
   /// Scharr derivatives of level l (CV_16SC2), 32 times those per pixel of that level.
-  const cv::Mat& derivative(int l) const { return pyramid[static_cast<std::size_t>(2 * l + 1)]; }
+  const cv::Mat& derivative(int l) const { return pyramid[2 * l + 1]; }
   /// Level 0 is the image itself (CV_8UC1); a pixel (x, y) of level l lies at (x, y) 2^l of it.
-  const cv::Mat& level(int l) const { return pyramid[static_cast<std::size_t>(2 * l)]; }
+  const cv::Mat& level(int l) const { return pyramid[2 * l]; }
 };
 
 /// Builds the pyramid of a CV_8UC1 image for KLT windows of up to `window_px`; copies the image.

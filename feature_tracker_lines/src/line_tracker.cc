@@ -350,7 +350,7 @@ std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>
   }
   for (std::size_t k = 0; k < matches.size(); ++k) {
     const int s = matches[k].segment;
-    if (s >= 0 && best_of_segment[static_cast<std::size_t>(s)] != static_cast<int>(k)) {
+    if (s >= 0 && best_of_segment[s] != static_cast<int>(k)) {
       matches[k] = Match();
     }
   }
@@ -367,7 +367,7 @@ bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
   Eigen::Vector3d start = prediction.start, end = prediction.end;
   if (matched) {
     // As far as either of them reaches; the refit cuts off what is no edge.
-    const LineSegment& segment = segments[static_cast<std::size_t>(match.segment)];
+    const LineSegment& segment = segments[match.segment];
     const ArcFrame arc(start, end);
     const double x0 = std::min(arc.x_start, arc.alongOf(segment.start));
     const double x1 = std::max(arc.x_end, arc.alongOf(segment.end));
@@ -457,7 +457,7 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
     if (!predictions[k].ok) continue;
     LineTrack track = tracks_[k];
     const int s = matches[k].segment;
-    if (s >= 0) segments[static_cast<std::size_t>(s)].taken = true;
+    if (s >= 0) segments[s].taken = true;
     track.missed = s >= 0 ? 0 : track.missed + 1;
     if (track.missed > kMaxMissed) continue;
     if (follow(now, prior, predictions[k], matches[k], segments, &track)) moved.push_back(track);

@@ -12,7 +12,6 @@
 #include "image_pyramid.h"
 #include "line_detector.h"
 #include "point_tracker.h"
-#include "rotation_prior.h"
 #include "row_camera.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"

@@ -10,7 +10,6 @@
 
 #include "geometry/so3.h"
 #include "outliers.h"
-#include "row_camera.h"
 #include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {
@@ -103,9 +102,7 @@ constexpr int kUsableStepPx = 8;
 
 double medianOf(std::array<float, kNeighbours>& values, int count) {
   std::sort(values.begin(), values.begin() + count);
-  return count % 2 == 1 ? values[static_cast<std::size_t>(count / 2)]
-                        : 0.5 * (values[static_cast<std::size_t>(count / 2 - 1)] +
-                                 values[static_cast<std::size_t>(count / 2)]);
+  return count % 2 == 1 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
 cv::Mat usableArea(const Camera& camera, const FrontEndOptions& options) {
@@ -188,55 +185,19 @@ void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
   corners->erase(std::remove_if(corners->begin(), corners->end(), smooth), corners->end());
 }
 
-// KLT of a set of points from the previous image to this one, in rounds: each round looks for those
-// that no earlier round has found. All positions are those of the level 0 of both pyramids.
+// KLT of points from the previous image to this one and back. All positions are those of the level
+// 0 of both pyramids.
 class FlowSearch {
  public:
-  FlowSearch(const ImagePyramid& before, const ImagePyramid& now, int window_px,
-             std::vector<cv::Point2f> from)
-      : before_(before),
-        now_(now),
-        window_px_(window_px),
-        from_(std::move(from)),
-        found_(from_.size(), 0),
-        to_(from_.size()) {}
+  FlowSearch(const ImagePyramid& before, const ImagePyramid& now, int window_px)
+      : before_(before), now_(now), window_px_(window_px) {}
 
-  // Looks for the points i with chosen(i) from `starts` (of all points), over `levels` pyramid
-  // levels above the image.
-  template <typename Chosen>
-  void round(const std::vector<cv::Point2f>& starts, int levels, const Chosen& chosen) {
-    std::vector<std::size_t> index;
-    std::vector<cv::Point2f> sources, guesses;
-    for (std::size_t i = 0; i < from_.size(); ++i) {
-      if (found_[i] != 0 || !chosen(i)) continue;
-      index.push_back(i);
-      sources.push_back(from_[i]);
-      guesses.push_back(starts[i]);
-    }
-    if (index.empty()) return;
-    const int top = std::min({levels, before_.max_level, now_.max_level});
-    std::vector<cv::Point2f> ends;
-    const std::vector<uchar> ok = thereAndBack(sources, guesses, top, &ends);
-    for (std::size_t k = 0; k < ok.size(); ++k) {
-      if (ok[k] == 0) continue;
-      found_[index[k]] = 1;
-      to_[index[k]] = ends[k];
-    }
-  }
-
-  // Point i is known to be at `to`.
-  void set(std::size_t i, const cv::Point2f& to) {
-    found_[i] = 1;
-    to_[i] = to;
-  }
-
-  bool found(std::size_t i) const { return found_[i] != 0; }
-  const cv::Point2f& to(std::size_t i) const { return to_[i]; }
-
- private:
+  // Flags of those that are found, at `ends`, from `starts` and over `levels` pyramid levels above
+  // the image.
   std::vector<uchar> thereAndBack(const std::vector<cv::Point2f>& sources,
-                                  const std::vector<cv::Point2f>& starts, int top,
+                                  const std::vector<cv::Point2f>& starts, int levels,
                                   std::vector<cv::Point2f>* ends) const {
+    const int top = std::min({levels, before_.max_level, now_.max_level});
     std::vector<uchar> ok;
     std::vector<float> unused;
     *ends = starts;
@@ -253,6 +214,7 @@ class FlowSearch {
     return ok;
   }
 
+ private:
   // Sets ok[k] to zero for those of `chosen` that do not come back to their source. The way back
   // starts off by as much as the way here was corrected. Started at the answer it would stay there,
   // also after a jump to the next period of a texture.
@@ -280,12 +242,8 @@ class FlowSearch {
     }
   }
 
-  const ImagePyramid& before_;
-  const ImagePyramid& now_;
+  const ImagePyramid &before_, &now_;
   const int window_px_;
-  std::vector<cv::Point2f> from_;
-  std::vector<unsigned char> found_;
-  std::vector<cv::Point2f> to_;
 };
 
 }  // namespace
@@ -354,16 +312,16 @@ cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
     const float square = d.dot(d);
     if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
     int at = count < kNeighbours ? count++ : kNeighbours - 1;
-    for (; at > 0 && nearest[static_cast<std::size_t>(at - 1)].first > square; --at) {
-      nearest[static_cast<std::size_t>(at)] = nearest[static_cast<std::size_t>(at - 1)];
+    for (; at > 0 && nearest[at - 1].first > square; --at) {
+      nearest[at] = nearest[at - 1];
     }
-    nearest[static_cast<std::size_t>(at)] = {square, &flow};
+    nearest[at] = {square, &flow};
   }
   if (count == 0) return {0.0F, 0.0F};
   std::array<float, kNeighbours> x{}, y{};
   for (int i = 0; i < count; ++i) {
-    x[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual.x;
-    y[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual.y;
+    x[i] = nearest[i].second->residual.x;
+    y[i] = nearest[i].second->residual.y;
   }
   return {static_cast<float>(medianOf(x, count)), static_cast<float>(medianOf(y, count))};
 }
@@ -417,15 +375,19 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
 
 // ------------------------------------------------------------------------------ default profile
 
-struct PointTracker::Expected {
-  std::vector<cv::Point2f> rotated;    // where each point would be without translation
-  std::vector<cv::Point2f> predicted;  // and with the flow of the step before
+// Where a point is expected in this image, and what became of it.
+struct PointTracker::Target {
+  cv::Point2f rotated;    // where it would be without translation
+  cv::Point2f predicted;  // and with the flow of the step before
+  cv::Point2f to{};       // where it was found
+  bool found = false;
+  bool recognised = false;  // found by its anchor alone
 };
 
 PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   Levels levels;
   for (int level = 0; level < kLevels; ++level) {
-    levels[static_cast<std::size_t>(level)] = pyramid.from(level);
+    levels[level] = pyramid.from(level);
   }
   return levels;
 }
@@ -457,9 +419,9 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
     const Levels levels_now = levelsOf(now);
-    const Expected expected = chooseRotation(before, now, prior, report);
+    std::vector<Target> targets = chooseRotation(before, now, prior, report);
     deformAnchors(*prior);
-    moved = search(levelsOf(before), levels_now, *prior, expected);
+    moved = search(levelsOf(before), levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
     if (!moved.empty()) compareTurns(moved, prior, report);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
@@ -489,34 +451,26 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
   }
 }
 
-// What became of each point.
-struct PointTracker::Found {
-  explicit Found(std::size_t points) : ok(points, 0), recognised(points, 0), to(points) {}
-  std::vector<unsigned char> ok;          // 1: found
-  std::vector<unsigned char> recognised;  // 1: by its anchor alone
-  std::vector<cv::Point2f> to;
-};
-
 // `last`: the rotation in the last image, beyond which each point goes on as it moved.
-PointTracker::Expected PointTracker::expect(const RotationPrior& last,
-                                            const RotationPrior& prior) const {
+std::vector<PointTracker::Target> PointTracker::expect(const RotationPrior& last,
+                                                       const RotationPrior& prior) const {
   const auto ratio = static_cast<float>(prior.dt_ratio);
   const PointMotion motion_before = motion(last);
   std::size_t next = 0;  // of the flows, which are in the order of the tracks
-  Expected expected;
+  std::vector<Target> expected;
   for (const PointTrack& track : tracks_) {
-    expected.rotated.push_back(turned(prior, track.bearing, track.pixel));
+    const cv::Point2f rotated = turned(prior, track.bearing, track.pixel);
     const cv::Point2f flow =
         track.has_flow ? motion_before.flows[next++].residual : motion_before.flowNear(track.pixel);
-    expected.predicted.push_back(expected.rotated.back() + ratio * flow);
+    expected.push_back({rotated, rotated + ratio * flow});
   }
   return expected;
 }
 
-// Turns places together to where the patches of the points fit best: each alone fits on the next
-// brick as well, all of them only where they are.
+// Turns the predictions together to where the patches of the points fit best: each alone fits on
+// the next brick as well, all of them only where they are.
 void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& now,
-                                std::vector<cv::Point2f>* places) const {
+                                std::vector<Target>* targets) const {
   struct Sample {
     cv::Mat patch;
     cv::Point2f place;
@@ -530,7 +484,7 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
   };
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < tracks_.size(); i += tracks_.size() / kTurnPatches + 1) {
-    const cv::Point2f& place = (*places)[i];
+    const cv::Point2f& place = (*targets)[i].predicted;
     if (!isInside(place, 0.0)) continue;
     samples.push_back({patchAt(before, tracks_[i].pixel), place, camera_.bearing(toEigen(place))});
   }
@@ -563,7 +517,8 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
     if (!better) step *= 0.5;
   }
   const Eigen::Matrix3d R = expSO3(best / focal_px_);
-  for (cv::Point2f& place : *places) {
+  for (Target& target : *targets) {
+    cv::Point2f& place = target.predicted;
     place = turnedBy(R, camera_.bearing(toEigen(place)), place);
   }
 }
@@ -572,29 +527,31 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
 // gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
 // then. So it stays until most fit better where it predicts them than where their flow and a common
 // turn do. Done before the search, which among bricks finds the next brick.
-PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
-                                                    const ImagePyramid& now, RotationPrior* prior,
-                                                    ImageReport* report) {
-  const Expected expected = expect(last_prior_, *prior);
+std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyramid& before,
+                                                               const ImagePyramid& now,
+                                                               RotationPrior* prior,
+                                                               ImageReport* report) {
+  std::vector<Target> expected = expect(last_prior_, *prior);
   last_prior_ = *prior;
   if (!prior->measured) return expected;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
-  Expected same_flow = expect(unknown, unknown);
+  std::vector<Target> same_flow = expect(unknown, unknown);
   const auto difference = [&](std::size_t i, const cv::Point2f& there) {
     return isInside(there, 0.0)
                ? differenceOf(patchAt(before, tracks_[i].pixel), patchAt(now, there))
                : std::numeric_limits<double>::infinity();
   };
-  const auto mostFitBetter = [&](const Expected& here, const Expected& there) {
+  const auto mostFitBetter = [&](const std::vector<Target>& here,
+                                 const std::vector<Target>& there) {
     int better = 0;
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      const double bound = kBetterBelow * difference(i, there.predicted[i]);
-      better += difference(i, here.predicted[i]) < bound ? 1 : 0;
+      const double bound = kBetterBelow * difference(i, there[i].predicted);
+      better += difference(i, here[i].predicted) < bound ? 1 : 0;
     }
     return 2 * better > static_cast<int>(tracks_.size());
   };
   if (doubtful_ == 0 && !mostFitBetter(same_flow, expected)) return expected;
-  turnTogether(before, now, &same_flow.predicted);
+  turnTogether(before, now, &same_flow);
   doubtful_ = std::max(doubtful_ - 1, 0);
   if (was_overruled_ ? mostFitBetter(expected, same_flow) : !mostFitBetter(same_flow, expected)) {
     return expected;
@@ -607,62 +564,69 @@ PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
 
 // Looks for the points of one level; `before` and `now` begin with it.
 void PointTracker::searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
-                               const RotationPrior& prior, const Expected& expected,
-                               Found* found) const {
-  std::vector<std::size_t> index;
-  std::vector<cv::Point2f> from, rotated, predicted;
+                               const RotationPrior& prior, std::vector<Target>* targets) const {
+  if (before.empty() || now.empty()) return;
   const float pixel = pixelOf(level);
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (tracks_[i].level != level) continue;
-    index.push_back(i);
-    from.push_back(tracks_[i].pixel / pixel);
-    rotated.push_back(expected.rotated[i] / pixel);
-    predicted.push_back(expected.predicted[i] / pixel);
-  }
-  if (index.empty() || before.empty() || now.empty()) return;
-
   const auto ratio = static_cast<float>(prior.dt_ratio);
-  const auto steady = [&](std::size_t k) {
-    return ratio * tracks_[index[k]].surprise_px < kSteadyPx;
-  };
-  FlowSearch search(before, now, options_.points.window_px, std::move(from));
-  for (std::size_t k = 0; prior.measured && k < index.size(); ++k) {
+  const auto steady = [&](std::size_t i) { return ratio * tracks_[i].surprise_px < kSteadyPx; };
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (tracks_[i].level == level) members.push_back(i);
+  }
+  for (const std::size_t i : members) {
+    Target& target = (*targets)[i];
     cv::Point2f there;
-    if (!steady(k) || !isSurelyAt(tracks_[index[k]], now, predicted[k], &there)) continue;
-    found->recognised[index[k]] = 1;
-    search.set(k, there);
+    if (!prior.measured || !steady(i) ||
+        !isSurelyAt(tracks_[i], now, target.predicted / pixel, &there)) {
+      continue;
+    }
+    target.to = pixel * there;
+    target.found = target.recognised = true;
   }
-  const auto all = [](std::size_t) { return true; };
+
+  const FlowSearch flow(before, now, options_.points.window_px);
+  // Looks for those that no earlier round has found.
+  const auto round = [&](cv::Point2f Target::*start, int levels, bool steady_only) {
+    std::vector<std::size_t> index;
+    std::vector<cv::Point2f> sources, starts, ends;
+    for (const std::size_t i : members) {
+      if ((*targets)[i].found || (steady_only && !steady(i))) continue;
+      index.push_back(i);
+      sources.push_back(tracks_[i].pixel / pixel);
+      starts.push_back((*targets)[i].*start / pixel);
+    }
+    if (index.empty()) return;
+    const std::vector<uchar> ok = flow.thereAndBack(sources, starts, levels, &ends);
+    for (std::size_t k = 0; k < ok.size(); ++k) {
+      if (ok[k] == 0) continue;
+      (*targets)[index[k]].to = pixel * ends[k];
+      (*targets)[index[k]].found = true;
+    }
+  };
   if (prior.measured) {
-    search.round(predicted, 0, steady);
-    search.round(predicted, kPredictedLevels, all);
+    round(&Target::predicted, 0, true);
+    round(&Target::predicted, kPredictedLevels, false);
   } else {
-    search.round(predicted, options_.points.levels, all);
+    round(&Target::predicted, options_.points.levels, false);
   }
-  search.round(rotated, options_.points.levels, all);
-  for (std::size_t k = 0; k < index.size(); ++k) {
-    found->ok[index[k]] = search.found(k) ? 1 : 0;
-    found->to[index[k]] = pixel * search.to(k);
-  }
+  round(&Target::rotated, options_.points.levels, false);
 }
 
 // The tracks that are found in this image, moved there.
 std::vector<PointTrack> PointTracker::search(const Levels& before, const Levels& now,
                                              const RotationPrior& prior,
-                                             const Expected& expected) const {
-  Found found(tracks_.size());
+                                             std::vector<Target> targets) const {
   for (int level = 0; level < kLevels; ++level) {
-    const auto l = static_cast<std::size_t>(level);
-    searchLevel(level, before[l], now[l], prior, expected, &found);
+    searchLevel(level, before[level], now[level], prior, &targets);
   }
   std::vector<PointTrack> moved;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (found.ok[i] == 0 || !isInside(found.to[i], kBorderPx)) continue;
+    const Target& target = targets[i];
     PointTrack track = tracks_[i];
-    if (!advance(found.to[i], &track)) continue;
+    if (!target.found || !isInside(target.to, kBorderPx) || !advance(target.to, &track)) continue;
     track.surprise_px =
-        static_cast<float>(cv::norm(found.to[i] - expected.predicted[i])) / pixelOf(track.level);
-    track.recognised = found.recognised[i] != 0;
+        static_cast<float>(cv::norm(target.to - target.predicted)) / pixelOf(track.level);
+    track.recognised = target.recognised;
     moved.push_back(track);
   }
   return moved;
@@ -690,7 +654,7 @@ bool PointTracker::recognise(const ImagePyramid& now, PointTrack* track) const {
 void PointTracker::anchorTracks(const Levels& now, std::vector<PointTrack>* moved) {
   for (PointTrack& track : *moved) {
     if (track.anchor == nullptr) continue;
-    const ImagePyramid& own = now[static_cast<std::size_t>(track.level)];
+    const ImagePyramid& own = now[track.level];
     if (track.recognised || recognise(own, &track)) {
       track.anchor_misses = 0;
       const double scale = track.anchor->scale();
@@ -835,7 +799,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   cv::Mat free;  // a corner that is not taken keeps nothing off on the next level
   cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
   std::vector<cv::Point2f> found;
-  CornerDetector& corners = corners_[static_cast<std::size_t>(level)];
+  CornerDetector& corners = corners_[level];
   corners.detect(now.derivative(0),
                  o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
                  everywhere ? corners.cells() : kCellsPerImage, &free, &found);

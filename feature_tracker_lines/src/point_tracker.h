@@ -13,7 +13,7 @@
 #include "corner_detector.h"
 #include "image_pyramid.h"
 #include "patch_anchor.h"
-#include "rotation_prior.h"
+#include "row_camera.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 #include "slim_init/feature_tracker_lines/options.h"
@@ -83,24 +83,23 @@ class PointTracker {
  private:
   static constexpr int kLevels = 2;  // of the pyramid, on which points are followed
   using Levels = std::array<ImagePyramid, kLevels>;
-  struct Expected;
-  struct Found;
+  struct Target;
 
   // Default profile.
   static Levels levelsOf(const ImagePyramid& pyramid);
   void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
-  Expected expect(const RotationPrior& last, const RotationPrior& prior) const;
-  Expected chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
-                          ImageReport* report);
+  std::vector<Target> expect(const RotationPrior& last, const RotationPrior& prior) const;
+  std::vector<Target> chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
+                                     RotationPrior* prior, ImageReport* report);
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
-                    std::vector<cv::Point2f>* places) const;
+                    std::vector<Target>* targets) const;
   void compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
                     ImageReport* report);
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
-                   const RotationPrior& prior, const Expected& expected, Found* found) const;
+                   const RotationPrior& prior, std::vector<Target>* targets) const;
   std::vector<PointTrack> search(const Levels& before, const Levels& now,
-                                 const RotationPrior& prior, const Expected& expected) const;
+                                 const RotationPrior& prior, std::vector<Target> targets) const;
   void deformAnchors(const RotationPrior& prior) const;
   bool recognise(const ImagePyramid& now, PointTrack* track) const;
   void anchorTracks(const Levels& now, std::vector<PointTrack>* moved);

@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "row_camera.h"
 
+#include "geometry/so3.h"
+#include "slim_init/types.h"
+
 namespace slim_init::feature_tracker_lines {
 namespace {
 
@@ -9,6 +12,17 @@ namespace {
 constexpr int kRowSteps = 4;
 
 }  // namespace
+
+Eigen::Vector3d RowExposure::atMiddleRow(const Eigen::Vector3d& bearing, double v,
+                                         int height) const {
+  if (!(readout_s > 0.0)) return bearing;
+  return expSO3(rowTime(v, height, readout_s) * rate_c) * bearing;
+}
+
+Eigen::Vector3d RowExposure::atRow(const Eigen::Vector3d& bearing, double v, int height) const {
+  if (!(readout_s > 0.0)) return bearing;
+  return expSO3(-rowTime(v, height, readout_s) * rate_c) * bearing;
+}
 
 RowCamera::RowCamera(const Camera& camera, const RowExposure& rows)
     : camera_(camera), rows_(rows) {}

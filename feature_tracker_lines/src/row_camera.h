@@ -3,10 +3,38 @@
 
 #include <Eigen/Core>
 
-#include "rotation_prior.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 
 namespace slim_init::feature_tracker_lines {
+
+/// Rows of one image that are exposed one after the other, while the camera turns.
+struct RowExposure {
+  double readout_s = 0.0;  ///< Calibration::readout_s; 0: all rows at once
+  /// Angular rate of the camera in its own frame when its middle row is exposed [rad/s].
+  Eigen::Vector3d rate_c = Eigen::Vector3d::Zero();
+
+  /// The ray `bearing`, seen in row `v` of an image of `height` rows, as it would be seen when the
+  /// middle row is exposed, if the point were far away: Exp(rate_c dt) f. Unchanged for a global
+  /// shutter.
+  Eigen::Vector3d atMiddleRow(const Eigen::Vector3d& bearing, double v, int height) const;
+  /// The other way round.
+  Eigen::Vector3d atRow(const Eigen::Vector3d& bearing, double v, int height) const;
+};
+
+/// Prior knowledge of the camera's rotation since the previous image.
+struct RotationPrior {
+  double dt_s = 0.0;  ///< since the previous image [s]
+  /// dt_s over the interval before it: what moved evenly moves so many times as far.
+  double dt_ratio = 1.0;
+  /// By the gyroscope. False: the rotation below is the identity, after PointTracker::follow() the
+  /// turn that the tracks agree with best; how well is not known.
+  bool measured = false;
+  /// Maps directions in the camera at the previous image to the camera now, middle row to middle
+  /// row.
+  Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();
+  bool known = false;                     ///< measured, and corrected for the bias of the gyroscope
+  RowExposure rows_before{}, rows_now{};  ///< of the two images; at rest where nothing is measured
+};
 
 /// The camera of one image whose rows are exposed one after the other: its rays are those of the
 /// middle row's exposure, as if all rows had been exposed then (of points far away; the way of the

@@ -1,22 +1,19 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "ab.h"
-
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "ab_options.h"
 #include "ablation.h"
+#include "exit_code.h"
 #include "load_sequence.h"
-#include "options_file.h"
 #include "progress_bar.h"
 #include "python_report.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
 #include "slim_init/text.h"
-#include "source_commit.h"
 #ifdef SLIM_INIT_HAS_BACKEND
 #include "slim_init/backend/downstream.h"
 #endif
@@ -26,25 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Why something was not done; nothing is wrong with kExitOk.
-struct Failure {
-  ExitCode code = kExitOk;
-  std::string message;
-
-  explicit operator bool() const { return code != kExitOk; }
-};
-
 /// A run: what its files are written from.
 struct AbRun {
   evaluation::RunInfo info;
   evaluation::ProtocolResult result;
   std::vector<evaluation::MethodSummary> summaries;
 };
-
-int fail(const Failure& failure) {
-  std::cerr << "slim_init: " << failure.message << "\n";
-  return failure.code;
-}
 
 std::string trackingLine(const evaluation::TrackingSummary& tracking) {
   return roundedText(3, tracking.tracked, " of ", tracking.images, " images tracked; an image has ",
@@ -56,14 +40,14 @@ std::string trackingLine(const evaluation::TrackingSummary& tracking) {
 
 std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& options,
                             const evaluation::ProtocolCounts& counts) {
-  std::ostringstream out;
-  out << loaded.sequence.name << " holds no window of " << options.keyframes
-      << " keyframes: " << counts.trials << " trials over " << counts.frames << " usable frames, "
-      << counts.ended << " met the end of the data, " << counts.interrupted << " a gap, "
-      << counts.without_truth << " had no ground truth, " << counts.not_evaluable
-      << " none at the times of an estimate, " << counts.invalid << " were refused";
-  for (const std::string& note : loaded.sequence.notes) out << "; " << note;
-  return out.str();
+  std::string message =
+      text(loaded.sequence.name, " holds no window of ", options.keyframes,
+           " keyframes: ", counts.trials, " trials over ", counts.frames, " usable frames, ",
+           counts.ended, " met the end of the data, ", counts.interrupted, " a gap, ",
+           counts.without_truth, " had no ground truth, ", counts.not_evaluable,
+           " none at the times of an estimate, ", counts.invalid, " were refused");
+  for (const std::string& note : loaded.sequence.notes) message += "; " + note;
+  return message;
 }
 
 /// The back end of --downstream.
@@ -86,7 +70,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
                                 const std::vector<std::string>& notes) {
   evaluation::RunInfo info;
   info.version = SLIM_INIT_VERSION;
-  info.commit = sourceCommit();
+  info.commit = SLIM_INIT_COMMIT;
   info.dataset = loaded.sequence.name;
   info.command = options.command;
   info.gyro_bias_truth = loaded.gyro_bias_truth;
@@ -107,21 +91,16 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
 
 /// Reads the files that the options name and checks everything that can be known before the data
 /// are read.
-Failure prepare(AbOptions* options) {
-  if (options->hasFile()) {
-    if (std::string error = readConfiguration(options); !error.empty()) {
-      return {kExitBadInput, error};
-    }
-  }
-  if (std::string error = checkAbOptions(options); !error.empty()) return {kExitBadInput, error};
+void prepare(AbOptions* options) {
+  if (options->hasFile()) readConfiguration(options);
+  check(checkAbOptions(options));
 #ifndef SLIM_INIT_HAS_BACKEND
   if (options->downstream_s > 0.0) {
-    return {kExitBadInput,
-            "--downstream: this program was built without the back end, which needs Ceres Solver "
-            "(libceres-dev)"};
+    check(
+        "--downstream: this program was built without the back end, which needs Ceres Solver "
+        "(libceres-dev)");
   }
 #endif
-  return {};
 }
 
 evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
@@ -139,55 +118,44 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
 }
 
 /// Every method on the same windows.
-Failure solveWindows(const AbOptions& options, const LoadedSequence& loaded,
-                     const std::vector<Method>& methods, evaluation::ProtocolResult* result) {
+evaluation::ProtocolResult solveWindows(const AbOptions& options, const LoadedSequence& loaded,
+                                        const std::vector<Method>& methods) {
   std::vector<const WindowSolver*> solvers;
   for (const Method& method : methods) solvers.push_back(method.solver.get());
   ProgressBar bar(loaded.sequence.name, !options.quiet);
-  if (std::string error = evaluation::runProtocol(
-          loaded.sequence, solvers, protocolOptions(options),
-          [&bar](int done, int total) { bar.update(done, total); }, result);
-      !error.empty()) {
-    return {kExitInternal, error};
-  }
-  if (result->windows.empty()) {
-    return {kExitBadInput, noWindowMessage(loaded, options, result->counts)};
-  }
-  return {};
+  evaluation::ProtocolResult result;
+  check(evaluation::runProtocol(
+            loaded.sequence, solvers, protocolOptions(options),
+            [&bar](int done, int total) { bar.update(done, total); }, &result),
+        "", kExitInternal);
+  if (result.windows.empty()) check(noWindowMessage(loaded, options, result.counts));
+  return result;
 }
 
 /// Loads or simulates the sequence, runs every method on its windows and writes the data into
 /// options.out. `options` have been prepared.
-Failure runOnce(const AbOptions& options, AbRun* run) {
-  std::vector<Method> methods;
-  if (std::string error = makeMethods(options, &methods); !error.empty()) {
-    return {kExitInternal, error};
-  }
-  LoadedSequence loaded;
-  if (std::string error = loadSequence(options, &loaded); !error.empty()) {
-    return {kExitBadInput, error};
-  }
+AbRun runOnce(const AbOptions& options) {
+  const std::vector<Method> methods = makeMethods(options);
+  const LoadedSequence loaded = loadSequence(options);
   std::vector<std::string> notes = options.file_notes;
   notes.insert(notes.end(), loaded.sequence.notes.begin(), loaded.sequence.notes.end());
   for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
   // Before the long part: a folder that cannot be written is best known now.
-  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
-    return {kExitInternal, "--out: " + error};
-  }
-  if (Failure failure = solveWindows(options, loaded, methods, &run->result)) return failure;
-  run->info = describeRun(options, loaded, methods, notes);
-  run->summaries = evaluation::summarize(run->result);
-  std::string error = evaluation::writeReport(options.out, run->info, run->result, run->summaries);
-  if (!error.empty()) return {kExitInternal, error};
-  return {};
+  check(evaluation::makeReportDirectory(options.out), "--out: ", kExitInternal);
+  AbRun run;
+  run.result = solveWindows(options, loaded, methods);
+  run.info = describeRun(options, loaded, methods, notes);
+  run.summaries = evaluation::summarize(run.result);
+  check(evaluation::writeReport(options.out, run.info, run.result, run.summaries), "",
+        kExitInternal);
+  return run;
 }
 
 }  // namespace
 
 int runAb(AbOptions options) {
-  if (const Failure failure = prepare(&options)) return fail(failure);
-  AbRun run;
-  if (const Failure failure = runOnce(options, &run)) return fail(failure);
+  prepare(&options);
+  const AbRun run = runOnce(options);
   if (!options.quiet) {
     std::cout << run.info.dataset;
     if (!options.hasImages()) {
@@ -199,7 +167,7 @@ int runAb(AbOptions options) {
   }
   ReportOutcome report;
   if (options.report == "auto") report = makeReport(options.out);
-  if (report.code != kExitOk) return fail({report.code, report.message});
+  if (report.code != kExitOk) throw Failure(report.code, report.message);
   if (!report.message.empty()) std::cerr << "slim_init: note: " << report.message << "\n";
   if (!options.quiet) {
     const char* name = report.written ? "report.md" : "summary.json";

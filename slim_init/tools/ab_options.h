@@ -124,6 +124,11 @@ std::string valueText(const AbOption& option);
 /// "1 to 100000" for a number, "auto, off" for a text with choices, else empty.
 std::string rangeText(const AbOption& option);
 
+/// Reads --config into options->config and the section `slim_init:` of --options, or else of
+/// --config, into options->initializer. Says what the files change (file_values) and what of them
+/// has no effect here (file_notes). Throws a Failure that names file, key, value and bound.
+void readConfiguration(AbOptions* options);
+
 /// Merges file and command line, checks what a single option cannot know (exactly one source,
 /// names), and fills the last fields. Returns an empty string, or a sentence naming the
 /// option, its value and what is allowed.
@@ -131,5 +136,9 @@ std::string checkAbOptions(AbOptions* options);
 
 /// The options by name, for the report.
 NamedValues describeAbOptions(const AbOptions& options);
+
+/// `slim_init ab`: load or simulate a sequence, run every method on its windows, report. Returns
+/// the exit code.
+int runAb(AbOptions options);
 
 }  // namespace slim_init::tools

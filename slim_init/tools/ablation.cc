@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "exit_code.h"
 #include "methods.h"
 
 namespace slim_init::tools {
@@ -24,69 +25,81 @@ class NamedSolver : public WindowSolver {
   std::unique_ptr<WindowSolver> solver_;
 };
 
-}  // namespace
+/// One way to change a method.
+struct Variant {
+  const char* method;    ///< "slim"
+  const char* name;      ///< "no-lines", reported as "slim[no-lines]"
+  const char* sentence;  ///< what is changed
+  void (*change)(InitializerOptions* options, BaselineOptions* baselines);
+};
 
-const std::vector<AblationVariant>& ablationVariants() {
-  static const std::vector<AblationVariant> kVariants = {
-      {"slim", "points-only", "neither lines nor vanishing points",
-       [](InitializerOptions* o, BaselineOptions*) {
-         o->refinement.use_lines = false;
-         o->slim.vanishing_points = false;
-       }},
-      {"slim", "no-lines", "vanishing points, but no lines in the refinement",
-       [](InitializerOptions* o, BaselineOptions*) { o->refinement.use_lines = false; }},
-      {"slim", "no-vp", "lines, but no vanishing points",
-       [](InitializerOptions* o, BaselineOptions*) { o->slim.vanishing_points = false; }},
-      {"slim", "no-accel-bias", "accelerometer bias held at zero in the refinement",
-       [](InitializerOptions* o, BaselineOptions*) { o->refinement.estimate_accel_bias = false; }},
-      {"slim", "no-refinement", "the first start is the estimate",
-       [](InitializerOptions* o, BaselineOptions*) { o->slim.refine = false; }},
-      {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
-       [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},
-      {"slim", "no-line-pruning", "lines that contradict the start stay in",
-       [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
-      {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
-       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
-      {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",
-       [](InitializerOptions*, BaselineOptions* o) {
-         o->slim_paper.use_line_epipolar = false;
-         o->slim_paper.use_line_normal = false;
-       }},
-      {"slim-paper", "no-line-epipolar", "without eq. (11)",
-       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_epipolar = false; }},
-      {"slim-paper", "no-line-normal", "without eq. (12)",
-       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_normal = false; }},
-      {"slim-paper", "points-only", "without eqs. (4), (11) and (12)",
-       [](InitializerOptions*, BaselineOptions* o) {
-         o->slim_paper.use_vp = false;
-         o->slim_paper.use_line_epipolar = false;
-         o->slim_paper.use_line_normal = false;
-       }},
-  };
-  return kVariants;
+/// In the order of the reports.
+const Variant kVariants[] = {
+    {"slim", "points-only", "neither lines nor vanishing points",
+     [](InitializerOptions* o, BaselineOptions*) {
+       o->refinement.use_lines = false;
+       o->slim.vanishing_points = false;
+     }},
+    {"slim", "no-lines", "vanishing points, but no lines in the refinement",
+     [](InitializerOptions* o, BaselineOptions*) { o->refinement.use_lines = false; }},
+    {"slim", "no-vp", "lines, but no vanishing points",
+     [](InitializerOptions* o, BaselineOptions*) { o->slim.vanishing_points = false; }},
+    {"slim", "no-accel-bias", "accelerometer bias held at zero in the refinement",
+     [](InitializerOptions* o, BaselineOptions*) { o->refinement.estimate_accel_bias = false; }},
+    {"slim", "no-refinement", "the first start is the estimate",
+     [](InitializerOptions* o, BaselineOptions*) { o->slim.refine = false; }},
+    {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
+     [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},
+    {"slim", "no-line-pruning", "lines that contradict the start stay in",
+     [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
+    {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
+     [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
+    {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",
+     [](InitializerOptions*, BaselineOptions* o) {
+       o->slim_paper.use_line_epipolar = false;
+       o->slim_paper.use_line_normal = false;
+     }},
+    {"slim-paper", "no-line-epipolar", "without eq. (11)",
+     [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_epipolar = false; }},
+    {"slim-paper", "no-line-normal", "without eq. (12)",
+     [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_normal = false; }},
+    {"slim-paper", "points-only", "without eqs. (4), (11) and (12)",
+     [](InitializerOptions*, BaselineOptions* o) {
+       o->slim_paper.use_vp = false;
+       o->slim_paper.use_line_epipolar = false;
+       o->slim_paper.use_line_normal = false;
+     }},
+};
+
+/// Throws where the method cannot be made with these options.
+std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& label,
+                                   const InitializerOptions& options,
+                                   const BaselineOptions& baselines) {
+  std::string error;
+  std::unique_ptr<WindowSolver> solver = makeKnownMethod(name, options, baselines, &error);
+  if (solver == nullptr) check(error, label, kExitInternal);
+  return solver;
 }
 
-std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) {
-  methods->clear();
+}  // namespace
+
+std::vector<Method> makeMethods(const AbOptions& options) {
+  std::vector<Method> methods;
   for (const std::string& name : options.method_names) {
-    std::string error;
-    methods->push_back({makeKnownMethod(name, options.initializer, options.baselines, &error), ""});
-    if (methods->back().solver == nullptr) return error;
+    methods.push_back({make(name, "", options.initializer, options.baselines), ""});
     if (!options.ablation) continue;
-    for (const AblationVariant& variant : ablationVariants()) {
+    for (const Variant& variant : kVariants) {
       if (name != variant.method) continue;
       InitializerOptions changed = options.initializer;
-      baselines::BaselineOptions changed_baselines = options.baselines;
+      BaselineOptions changed_baselines = options.baselines;
       variant.change(&changed, &changed_baselines);
-      std::unique_ptr<WindowSolver> solver =
-          makeKnownMethod(name, changed, changed_baselines, &error);
       const std::string label = name + "[" + variant.name + "]";
-      if (solver == nullptr) return label + ": " + error;
-      methods->push_back(
-          {std::make_unique<NamedSolver>(label, std::move(solver)), variant.sentence});
+      methods.push_back({std::make_unique<NamedSolver>(
+                             label, make(name, label + ": ", changed, changed_baselines)),
+                         variant.sentence});
     }
   }
-  return "";
+  return methods;
 }
 
 }  // namespace slim_init::tools

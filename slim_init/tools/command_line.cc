@@ -9,10 +9,8 @@
 #include <sstream>
 #include <utility>
 
-#include "ab.h"
 #include "methods.h"
 #include "python_report.h"
-#include "simulate.h"
 #include "slim_init/text.h"
 
 namespace slim_init::tools {

@@ -8,7 +8,7 @@
 #include "demo.h"
 #include "doctor.h"
 #include "options.h"
-#include "simulate_options.h"
+#include "simulate.h"
 
 namespace slim_init::tools {
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include "ab.h"
 #include "command_line.h"
 #include "exit_code.h"
 #include "methods.h"

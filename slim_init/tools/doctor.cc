@@ -11,7 +11,7 @@
 #include <string>
 
 #include "exit_code.h"
-#include "load_images.h"
+#include "load_sequence.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/doctor/doctor_images.h"
@@ -39,52 +39,26 @@ std::vector<AbOption> doctorOptionTable(DoctorCommand* command) {
 
 namespace {
 
-/// Conditions over several options: an empty string, or a message.
-std::string checkOptions(const DoctorCommand& c) {
-  if (c.asl.empty() == c.bag.empty()) return "give one of --asl DIR and --bag FILE";
-  if (!c.bag.empty() && c.config_file.empty()) {
-    return "--bag needs --config YAML: camera, extrinsic and topics are there";
-  }
-  return "";
-}
-
-int fail(const std::string& message) {
-  std::cerr << "slim_init: " << message << "\n";
-  return kExitBadInput;
-}
-
-std::unique_ptr<evaluation::ImageSequence> openRecording(const DoctorCommand& command,
-                                                         const Config& config,
-                                                         evaluation::ReadStatus* status) {
-  const double max_imu_gap_s = config.options.window.max_imu_gap_s;
-  if (!command.asl.empty()) return evaluation::openAslFolder(command.asl, max_imu_gap_s, status);
-  evaluation::BagTopics topics;
-  if (!config.imu_topic.empty()) topics.imu = config.imu_topic;
-  if (!config.image_topic.empty()) topics.image = config.image_topic;
-  return evaluation::openRosbag(command.bag, topics, "", max_imu_gap_s, status);
-}
-
 int examineRecording(const DoctorCommand& command) {
-  if (const std::string error = checkOptions(command); !error.empty()) return fail(error);
+  if (command.asl.empty() == command.bag.empty()) check("give one of --asl DIR and --bag FILE");
+  if (!command.bag.empty() && command.config_file.empty()) {
+    check("--bag needs --config YAML: camera, extrinsic and topics are there");
+  }
   Config config;
   std::string error;
   if (!command.config_file.empty() &&
       !loadConfig(command.config_file, command.options_file, &config, &error)) {
-    return fail("--config: " + error);
+    check(error, "--config: ");
   }
-  evaluation::ReadStatus status;
-  const auto images = openRecording(command, config, &status);
-  if (images == nullptr) return fail(status.message);
+  const double max_imu_gap_s = config.options.window.max_imu_gap_s;
+  const auto images = command.asl.empty()
+                          ? openBag(command.bag, topicsOf(config), "", max_imu_gap_s)
+                          : openAsl(command.asl, max_imu_gap_s);
   if (command.config_file.empty()) {
-    error = configureFromData(command.asl, command.options_file, *images, &config);
-    if (!error.empty()) return fail(error);
+    configureFromData(command.asl, command.options_file, *images, &config);
   }
   // First: a minute of work should not end with a folder that is not there.
-  if (!command.json.empty()) {
-    if (error = evaluation::checkWritable(command.json); !error.empty()) {
-      return fail("--json: " + error);
-    }
-  }
+  if (!command.json.empty()) check(evaluation::checkWritable(command.json), "--json: ");
 
   evaluation::DoctorData data;
   {
@@ -104,10 +78,7 @@ int examineRecording(const DoctorCommand& command) {
   data.has_translation = config.host.has_translation;
   const evaluation::DoctorReport report = evaluation::examine(data, options);
   if (!command.json.empty()) {
-    if (error = evaluation::writeFile(command.json, evaluation::doctorJson(report));
-        !error.empty()) {
-      return fail("--json: " + error);
-    }
+    check(evaluation::writeFile(command.json, evaluation::doctorJson(report)), "--json: ");
   }
   if (!command.quiet) {
     const bool color = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
@@ -122,7 +93,7 @@ int runDoctor(const DoctorCommand& command) {
   try {
     return examineRecording(command);
   } catch (const std::exception& problem) {
-    return fail(problem.what());
+    throw Failure(kExitBadInput, problem.what());
   }
 }
 

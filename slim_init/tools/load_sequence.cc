@@ -1,24 +1,33 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "load_sequence.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 #include <utility>
 #include <vector>
 
-#include "load_images.h"
-#include "rig.h"
+#include "exit_code.h"
+#include "progress_bar.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/rig_errors.h"
+#include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/evaluation/track_images.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/imu_simulator.h"
 #include "slim_init/simulation/speed_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
+#include "slim_init/text.h"
 
 namespace slim_init::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kImageRateHz = 20.0;  // EuRoC's
 
@@ -28,12 +37,28 @@ constexpr int kWorldSegmentsPerTrackedLine = 10;
 
 /// The rig of --config, otherwise EuRoC's.
 Calibration calibrationFor(const AbOptions& options) {
-  Calibration calibration = rigOf(options);
+  Calibration calibration =
+      options.config != nullptr ? options.config->calibration : eurocCalibration();
   calibration.sigmas = options.sigmas;
   calibration.sigma_px = options.sigma_px;
   calibration.sigma_line_px = options.sigma_line_px;
   options.setReadout(&calibration);
   return calibration;
+}
+
+/// The camera of --config without its distortion, otherwise EuRoC's.
+simulation::PinholeCamera cameraOf(const AbOptions& options) {
+  simulation::PinholeCamera camera = options.features.camera;
+  if (options.config != nullptr) {
+    const feature_tracker_lines::CameraParameters& from = options.config->camera;
+    camera.width = from.width;
+    camera.height = from.height;
+    camera.fx = from.fx;
+    camera.fy = from.fy;
+    camera.cx = from.cx;
+    camera.cy = from.cy;
+  }
+  return camera;
 }
 
 /// True states at the image times (camera clock, `td` to the IMU clock) that the trajectory covers;
@@ -52,21 +77,20 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
   return states;
 }
 
-/// Recorded biases, or one that is fitted. Returns an empty string or a message.
-std::string settleBiases(bool has_bias, std::vector<NavState>* truth, LoadedSequence* loaded) {
+/// Recorded biases, or one that is fitted. `source` stands before a message.
+void settleBiases(bool has_bias, const std::string& source, std::vector<NavState>* truth,
+                  LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
   loaded->gyro_bias_truth = has_bias ? "recorded" : "fitted";
-  if (has_bias) return "";
+  if (has_bias) return;
   const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(sequence.imu, *truth);
-  if (!fit.ok) return fit.message;
+  if (!fit.ok) check(fit.message, source);
   sequence.notes.push_back(fit.message);
   for (NavState& state : *truth) state.gyro_bias = fit.bias;
-  return "";
 }
 
 void setBiases(const std::vector<NavState>& truth, NavState* state) {
-  const NavState& nearest =
-      truth[static_cast<std::size_t>(evaluation::nearestState(truth, state->t))];
+  const NavState& nearest = truth[evaluation::nearestState(truth, state->t)];
   state->gyro_bias = nearest.gyro_bias;
   state->accel_bias = nearest.accel_bias;
 }
@@ -106,6 +130,15 @@ void addFeatures(const AbOptions& options, const simulation::Trajectory& traject
                                                   image_times, features, &*loaded->simulated);
 }
 
+/// Empties sequence->speeds, with a note, where the calibration lacks the sensor.
+void discardUncalibratedSpeeds(evaluation::Sequence* sequence) {
+  if (sequence->calibration.speed_sensor.calibrated || sequence->speeds.empty()) return;
+  sequence->notes.push_back(std::to_string(sequence->speeds.size()) +
+                            " measured velocities were discarded: speed_rotation and "
+                            "speed_translation of the sensor are not in --config");
+  sequence->speeds.clear();
+}
+
 /// Simulated speeds in place of recorded ones.
 void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajectory,
                evaluation::Sequence* sequence) {
@@ -120,12 +153,12 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
   }
 }
 
-std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
+void loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::RecordedMotion motion;
-  const evaluation::ReadStatus status = evaluation::readRecordedMotion(
-      options.recorded, options.initializer.window.max_imu_gap_s, &motion);
-  if (!status.ok()) return status.message;
-
+  check(evaluation::readRecordedMotion(options.recorded, options.initializer.window.max_imu_gap_s,
+                                       &motion)
+            .message);
+  const std::string source = options.recorded + ": ";
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.name = motion.name;
   sequence.calibration = calibrationFor(options);
@@ -133,27 +166,23 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   sequence.notes = motion.notes;
   sequence.imu = std::move(motion.imu);
   sequence.speeds = std::move(motion.speeds);
-  if (std::string problem = settleBiases(motion.has_velocity_and_bias, &motion.truth, loaded);
-      !problem.empty()) {
-    return options.recorded + ": " + problem;
-  }
+  settleBiases(motion.has_velocity_and_bias, source, &motion.truth, loaded);
 
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
-  if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
+  if (trajectory == nullptr) check(error, source + "groundtruth.csv: ");
   sequence.truth =
       statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
   if (sequence.truth.empty()) {
-    return options.recorded + ": every image lies in a gap of groundtruth.csv";
+    check("every image lies in a gap of groundtruth.csv", source);
   }
   for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
   addSpeeds(options, *trajectory, &sequence);
   addFeatures(options, *trajectory, motion.image_times, loaded);
   setTruthBetween(std::move(trajectory), std::move(motion.truth), &sequence);
-  return "";
 }
 
-std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
+void loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.name = options.builtin;
   sequence.calibration = calibrationFor(options);
@@ -162,7 +191,7 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   std::string error;
   auto trajectory = simulation::makeBuiltinTrajectory(
       options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
-  if (trajectory == nullptr) return "--builtin: " + error;
+  if (trajectory == nullptr) check(error, "--builtin: ");
 
   simulation::ImuSimulationOptions imu;
   imu.noise = sequence.calibration.imu_noise;
@@ -187,33 +216,51 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   if (!sequence.truth.empty()) {
     setTruthBetween(std::move(trajectory), {sequence.truth.front()}, &sequence);
   }
-  return "";
 }
 
-}  // namespace
-
-void discardUncalibratedSpeeds(evaluation::Sequence* sequence) {
-  if (sequence->calibration.speed_sensor.calibrated || sequence->speeds.empty()) return;
-  sequence->notes.push_back(std::to_string(sequence->speeds.size()) +
-                            " measured velocities were discarded: speed_rotation and "
-                            "speed_translation of the sensor are not in --config");
-  sequence->speeds.clear();
+std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options) {
+  const double max_imu_gap_s = options.initializer.window.max_imu_gap_s;
+  if (!options.asl.empty()) return openAsl(options.asl, max_imu_gap_s);
+  evaluation::BagTopics topics = topicsOf(*options.config);
+  topics.speed = options.config->speed_topic;
+  topics.speed_forward_only = options.config->speed_forward_only;
+  std::string truth = evaluation::groundtruthFileOf(options.bag);
+  std::error_code code;
+  if (!fs::exists(truth, code)) truth.clear();
+  return openBag(options.bag, topics, truth, max_imu_gap_s);
 }
 
-std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
-                     const std::vector<double>& times, LoadedSequence* loaded) {
+void noteTracking(const evaluation::TrackingSummary& tracking, const std::string& name,
+                  std::vector<std::string>* notes) {
+  const auto note = [&](int count, const std::string& what) {
+    if (count == 0) return;
+    notes->push_back(text(name, ": ", count, " of ", tracking.images, " images ", what));
+  };
+  const std::string first =
+      tracking.first_problem.empty() ? "" : "; first: " + tracking.first_problem;
+  note(tracking.outside_imu, "lie outside the IMU data and were discarded");
+  note(tracking.unreadable, "cannot be read and were discarded" + first);
+  note(tracking.refused, "were refused by the front end and discarded" + first);
+  note(tracking.images_without_gyro, "were tracked without a rotation from the gyro");
+}
+
+/// Fills loaded->sequence.truth at `times` (camera clock) from the ground truth of a recording,
+/// ascending in time: pose and velocity interpolated, biases those of the nearest state. Without
+/// biases in the truth one gyroscope bias is fitted to sequence.imu. Where the truth has a gap, t
+/// is NaN; without any truth the sequence has none. `source` names the recording in a Failure.
+void addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
+              const std::vector<double>& times, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.truth.assign(times.size(), NavState());  // t is NaN
   sequence.has_truth = !truth.empty();
   if (!sequence.has_truth) {
     loaded->gyro_bias_truth = "none";
-    return "";
+    return;
   }
-  std::string problem = settleBiases(has_bias, &truth, loaded);
+  settleBiases(has_bias, source + ": ", &truth, loaded);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
-  if (problem.empty() && trajectory == nullptr) problem = "ground truth: " + error;
-  if (!problem.empty()) return source + ": " + problem;
+  if (trajectory == nullptr) check(error, source + ": ground truth: ");
   int uncovered = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double t = times[i] + sequence.trueCalibration().td;
@@ -225,25 +272,124 @@ std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::stri
     setBiases(truth, &sequence.truth[i]);
   }
   if (uncovered == static_cast<int>(times.size())) {
-    return source + ": no image lies within the ground truth";
+    check(source + ": no image lies within the ground truth");
   }
   if (uncovered > 0) {
-    sequence.notes.push_back(source + ": " + std::to_string(uncovered) + " of " +
-                             std::to_string(times.size()) +
-                             " tracked images lie outside the ground truth or in a gap of it; "
-                             "windows with such a keyframe are not evaluated");
+    sequence.notes.push_back(text(source, ": ", uncovered, " of ", times.size(),
+                                  " tracked images lie outside the ground truth or in a gap of it; "
+                                  "windows with such a keyframe are not evaluated"));
   }
   setTruthBetween(std::move(trajectory), std::move(truth), &sequence);
-  return "";
 }
 
-std::string loadSequence(const AbOptions& options, LoadedSequence* loaded) {
-  std::string sentence = options.hasImages()        ? loadImages(options, loaded)
-                         : options.recorded.empty() ? loadBuiltin(options, loaded)
-                                                    : loadRecorded(options, loaded);
-  if (!sentence.empty()) return sentence;
-  sentence = evaluation::applyRigErrors(options.rig, options.hasImages(), &loaded->sequence);
-  return sentence.empty() ? "" : loaded->sequence.name + ": " + sentence;
+/// Reads --asl or --bag and tracks points and lines through its images, with a progress bar.
+void loadImages(const AbOptions& options, LoadedSequence* loaded) {
+  const std::unique_ptr<evaluation::ImageSequence> images = openImages(options);
+  Config config;
+  if (options.config_file.empty()) {
+    configureFromData(options.asl, options.options_file, *images, &config);
+  } else {
+    config = *options.config;
+  }
+
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.name = images->name();
+  options.setReadout(&config.calibration);
+  sequence.calibration = config.calibration;
+  sequence.t0_ns = images->t0Ns();
+  sequence.imu = images->imu();
+  sequence.notes = images->notes();
+  sequence.speeds = images->speeds();
+  discardUncalibratedSpeeds(&sequence);
+  // The front end runs on the same rig as the methods: wrong calibration, worse IMU.
+  std::vector<ImuSample> imu = sequence.imu;
+  check(evaluation::disturbImu(options.rig, &imu), images->name() + ": ");
+  images->replaceImu(std::move(imu));
+  const Calibration assumed =
+      evaluation::assumedCalibration(config.calibration, options.rig, evaluation::kAllTrials);
+  check(assumed.validate(), images->name() + ": the calibration with its errors: ");
+
+  evaluation::TrackingSummary tracking;
+  {
+    ProgressBar bar(images->name() + ": images", !options.quiet);
+    // One thread, as the times in the report say; OpenCV's own cost more than they save here.
+    cv::setNumThreads(1);
+    check(evaluation::trackImages(
+        images.get(), config.camera, assumed, config.front_end,
+        [&bar](int done, int total) { bar.update(done, total); }, &sequence.frames, &tracking));
+  }
+  noteTracking(tracking, images->name(), &sequence.notes);
+  sequence.tracking = std::move(tracking);
+
+  std::vector<double> times;
+  for (const FrameObservation& frame : sequence.frames) times.push_back(frame.t);
+  addTruth(images->truth(), images->hasVelocityAndBias(), images->name(), times, loaded);
+}
+
+}  // namespace
+
+Calibration eurocCalibration() {
+  // T_BS of cam0/sensor.yaml, the same in every EuRoC sequence.
+  Eigen::Matrix3d R_b_c;
+  R_b_c << 0.0148655429818, -0.999880929698, 0.00414029679422,  //
+      0.999557249008, 0.0149672133247, 0.025715529948,          //
+      -0.0257744366974, 0.00375618835797, 0.999660727178;
+  // Twelve printed digits are a rotation to 1e-12 only; the nearest one is exact.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R_b_c, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Calibration calibration;
+  calibration.R_b_c = svd.matrixU() * svd.matrixV().transpose();
+  calibration.t_b_c = Eigen::Vector3d(-0.0216401454975, -0.064676986768, 0.00981073058949);
+  calibration.focal_px = 458.0;  // between fx 458.654 and fy 457.296
+  return calibration;
+}
+
+std::unique_ptr<evaluation::ImageSequence> openAsl(const std::string& folder,
+                                                   double max_imu_gap_s) {
+  evaluation::ReadStatus status;
+  auto images = evaluation::openAslFolder(folder, max_imu_gap_s, &status);
+  check(status.message);
+  return images;
+}
+
+evaluation::BagTopics topicsOf(const Config& config) {
+  evaluation::BagTopics topics;
+  if (!config.imu_topic.empty()) topics.imu = config.imu_topic;
+  if (!config.image_topic.empty()) topics.image = config.image_topic;
+  return topics;
+}
+
+std::unique_ptr<evaluation::ImageSequence> openBag(const std::string& file,
+                                                   const evaluation::BagTopics& topics,
+                                                   const std::string& truth, double max_imu_gap_s) {
+  evaluation::ReadStatus status;
+  auto images = evaluation::openRosbag(file, topics, truth, max_imu_gap_s, &status);
+  check(status.message);
+  return images;
+}
+
+void configureFromData(const std::string& source, const std::string& options_file,
+                       const evaluation::ImageSequence& images, Config* config) {
+  if (!images.calibration().has_value()) {
+    check(text(source, " has no calibration that can be used (", images.calibrationProblem(),
+               "); give one with --config YAML"));
+  }
+  config->calibration = images.calibration()->calibration;
+  config->camera = images.calibration()->camera;
+  std::string error;
+  if (!options_file.empty() && !loadOptions(options_file, config, &error)) {
+    check(error, "--options: ");
+  }
+}
+
+LoadedSequence loadSequence(const AbOptions& options) {
+  LoadedSequence loaded;
+  const auto load = options.hasImages()        ? loadImages
+                    : options.recorded.empty() ? loadBuiltin
+                                               : loadRecorded;
+  load(options, &loaded);
+  check(evaluation::applyRigErrors(options.rig, options.hasImages(), &loaded.sequence),
+        loaded.sequence.name + ": ");
+  return loaded;
 }
 
 }  // namespace slim_init::tools

@@ -11,17 +11,13 @@
 
 namespace {
 
-using slim_init::tools::CommandLine;
-using slim_init::tools::kExitBadInput;
-using slim_init::tools::kExitInternal;
-using slim_init::tools::kExitOk;
+using namespace slim_init::tools;
 
 int run(int argc, char** argv) {
   // A caller may pass no argument at all, not even the name.
   const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
   CommandLine line;
-  if (const std::string error = slim_init::tools::parseCommandLine(arguments, &line);
-      !error.empty()) {
+  if (const std::string error = parseCommandLine(arguments, &line); !error.empty()) {
     std::cerr << "slim_init: " << error << "\n"
               << "Run with --help for the options.\n";
     return kExitBadInput;
@@ -37,6 +33,9 @@ int main(int argc, char** argv) {
   // Our libraries do not throw; the standard library (out of memory) and those of others may.
   try {
     return run(argc, argv);
+  } catch (const Failure& failure) {
+    std::cerr << "slim_init: " << failure.what() << "\n";
+    return failure.code;
   } catch (const std::exception& error) {
     std::cerr << "slim_init: " << error.what() << "\n";
   } catch (...) {

@@ -39,10 +39,7 @@ constexpr std::pair<const char*, OptionKeys> kGroups[] = {{"user", OptionKeys::k
 int update(const std::string& folder) {
   for (const GeneratedFile& file : generatedFiles()) {
     const std::string path = folder + "/" + file.path;
-    if (std::string error = evaluation::writeFile(path, file.text); !error.empty()) {
-      std::cerr << "slim_init: " << error << "\n";
-      return kExitBadInput;
-    }
+    check(evaluation::writeFile(path, file.text));
     std::cout << path << "\n";
   }
   return kExitOk;

@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "options_file.h"
-
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -10,6 +8,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "ab_options.h"
+#include "exit_code.h"
 #include "methods.h"
 #include "slim_init/config/config.h"
 
@@ -48,18 +48,14 @@ std::vector<std::string> notesFor(const Config& config, const std::string& metho
 
 }  // namespace
 
-std::string readConfiguration(AbOptions* options) {
+void readConfiguration(AbOptions* options) {
   AbOptions& o = *options;
   Config config;
   std::string error;
   if (o.config_file.empty()) {
-    if (!loadOptions(o.options_file, &config, &error)) {
-      return "--options: " + error;
-    }
+    if (!loadOptions(o.options_file, &config, &error)) check(error, "--options: ");
   } else {
-    if (!loadConfig(o.config_file, o.options_file, &config, &error)) {
-      return "--config: " + error;
-    }
+    if (!loadConfig(o.config_file, o.options_file, &config, &error)) check(error, "--config: ");
     o.config = std::make_shared<const Config>(config);
   }
   o.file_notes = notesFor(config, o.methods);
@@ -102,7 +98,6 @@ std::string readConfiguration(AbOptions* options) {
     o.file_notes.push_back((o.options_file.empty() ? o.config_file : o.options_file) +
                            ": not used here: " + unused + " (--methods names the methods)");
   }
-  return "";
 }
 
 }  // namespace slim_init::tools

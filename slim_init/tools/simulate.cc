@@ -4,14 +4,15 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 #include "exit_code.h"
+#include "load_sequence.h"
 #include "progress_bar.h"
-#include "rig.h"
 #include "simulate_motion.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/report.h"
@@ -20,6 +21,7 @@
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/speed_simulator.h"
+#include "slim_init/simulation/trajectory.h"
 #include "slim_init/text.h"
 
 namespace slim_init::tools {
@@ -29,11 +31,6 @@ using feature_tracker_lines::CameraParameters;
 
 constexpr int kSubFrames = 5;  // pictures averaged with motion blur
 constexpr int kBands = 16;     // pictures of an image with a rolling shutter, blended between rows
-
-int fail(ExitCode code, const std::string& message) {
-  std::cerr << "slim_init: " << message << "\n";
-  return code;
-}
 
 // EuRoC's cam0 (sensor.yaml of the dataset).
 CameraParameters eurocCamera() {
@@ -46,16 +43,13 @@ CameraParameters eurocCamera() {
   return camera;
 }
 
-std::string loadRig(const SimulateOptions& options, Calibration* calibration,
-                    CameraParameters* camera) {
+void loadRig(const SimulateOptions& options, Calibration* calibration, CameraParameters* camera) {
   *calibration = eurocCalibration();
   *camera = eurocCamera();
   if (!options.config.empty()) {
     Config config;
     std::string error;
-    if (!loadConfig(options.config, &config, &error)) {
-      return "--config: " + error;
-    }
+    if (!loadConfig(options.config, &config, &error)) check(error, "--config: ");
     *calibration = config.calibration;
     *camera = config.camera;
   }
@@ -69,7 +63,7 @@ std::string loadRig(const SimulateOptions& options, Calibration* calibration,
   camera->cy = scale * (camera->cy + 0.5) - 0.5;
   calibration->focal_px = feature_tracker_lines::Camera(*camera).focalPx();
   if (options.readout_s > 0.0) calibration->readout_s = options.readout_s;
-  return camera->validate();
+  check(camera->validate());
 }
 
 simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& calibration,
@@ -116,8 +110,8 @@ std::int64_t stampOf(const SimulatedMotion& motion, double t) {
 // One sequence to one or two writers.
 class Writers {
  public:
-  std::string open(const SimulateOptions& options, const SimulatedMotion& motion,
-                   const Calibration& calibration, const CameraParameters& camera) {
+  Writers(const SimulateOptions& options, const SimulatedMotion& motion,
+          const Calibration& calibration, const CameraParameters& camera) {
     evaluation::WriterRig rig;
     rig.calibration = calibration;
     rig.camera = camera;
@@ -126,76 +120,61 @@ class Writers {
     rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
     std::string error;
     list_.push_back(evaluation::makeAslWriter(options.out, rig, &error));
-    if (list_.back() == nullptr) return "--out: " + error;
-    if (options.bag.empty()) return "";
+    check(error, "--out: ");
+    if (options.bag.empty()) return;
     list_.push_back(evaluation::makeBagWriter(options.bag, evaluation::BagTopics(), &error));
-    return list_.back() == nullptr ? "--bag: " + error : "";
+    check(error, "--bag: ");
   }
 
   template <typename Call>
-  std::string each(const Call& call) {
-    for (const auto& writer : list_) {
-      if (std::string error = call(writer.get()); !error.empty()) return error;
-    }
-    return "";
+  void each(const Call& call) {
+    for (const auto& writer : list_) check(call(writer.get()), "", kExitInternal);
   }
 
  private:
   std::vector<std::unique_ptr<evaluation::SequenceWriter>> list_;
 };
 
-std::string writeMotion(const SimulatedMotion& motion, Writers* writers) {
+void writeMotion(const SimulatedMotion& motion, Writers* writers) {
   for (const ImuSample& sample : motion.imu) {
     const std::int64_t stamp = stampOf(motion, sample.t);
-    if (std::string error = writers->each([&](auto* w) { return w->addImu(stamp, sample); });
-        !error.empty()) {
-      return error;
-    }
+    writers->each([&](auto* w) { return w->addImu(stamp, sample); });
   }
   for (const NavState& state : motion.truth) {
     const std::int64_t stamp = stampOf(motion, state.t);
-    if (std::string error = writers->each([&](auto* w) { return w->addTruth(stamp, state); });
-        !error.empty()) {
-      return error;
-    }
+    writers->each([&](auto* w) { return w->addTruth(stamp, state); });
   }
-  return "";
 }
 
-// The mean of the next pictures. Empty and a message where one is missing.
-cv::Mat meanOfNext(int count, simulation::Renderer* renderer, std::string* error) {
+// The mean of the next pictures.
+cv::Mat meanOfNext(int count, simulation::Renderer* renderer) {
   cv::Mat sum;
   for (int i = 0; i < count; ++i) {
-    const cv::Mat picture = renderer->next(error);
-    if (picture.empty()) return {};
+    std::string error;
+    const cv::Mat picture = renderer->next(&error);
+    if (picture.empty()) throw Failure(kExitInternal, error);
     sum = i == 0 ? picture : cv::Mat(sum + picture);
   }
   return count > 1 ? cv::Mat(sum / count) : sum;
 }
 
-// Draws, exposes and writes every image. Returns an empty string or a message.
-std::string writeImages(const SimulateOptions& options, const SimulatedMotion& motion, int bands,
-                        const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
-                        Writers* writers) {
+// Draws, exposes and writes every image.
+void writeImages(const SimulateOptions& options, const SimulatedMotion& motion, int bands,
+                 const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
+                 Writers* writers) {
   ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
   const std::size_t count = motion.image_times.size();
   const int sub_frames = subFramesOf(options);
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<cv::Mat> pictures;
-    std::string error;
-    for (int band = 0; band < bands; ++band) {
-      pictures.push_back(meanOfNext(sub_frames, renderer, &error));
-      if (pictures.back().empty()) return error;
-    }
+    for (int band = 0; band < bands; ++band) pictures.push_back(meanOfNext(sub_frames, renderer));
     const cv::Mat radiance = simulation::mergeBands(pictures);
     const double t = motion.image_times[k];
     const cv::Mat image = simulation::expose(radiance, static_cast<std::int64_t>(k), t, sensor);
     const std::int64_t stamp = stampOf(motion, t);
-    error = writers->each([&](auto* w) { return w->addImage(stamp, image); });
-    if (!error.empty()) return error;
+    writers->each([&](auto* w) { return w->addImage(stamp, image); });
     bar.update(static_cast<int>(k + 1), static_cast<int>(count));
   }
-  return "";
 }
 
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {
@@ -216,39 +195,41 @@ struct Setup {
   simulation::Scene scene;
 };
 
-// Whether what the options ask for is part of this build and machine. Returns an empty string or a
-// message.
-std::string checkPrograms(const SimulateOptions& options) {
+// What several options together ask for, and whether it is part of this build and machine.
+void checkOptions(const SimulateOptions& o) {
+  const int sources =
+      (o.csv.empty() ? 0 : 1) + (o.builtin.empty() ? 0 : 1) + (o.recorded.empty() ? 0 : 1);
+  if (sources == 0) check("one of --csv FILE, --builtin NAME and --recorded DIR is needed");
+  if (sources > 1) check("--csv, --builtin and --recorded exclude each other");
   std::string error;
-  if (!simulation::povrayAvailable(options.povray, &error)) return error;
-  if (!options.bag.empty() && !evaluation::rosbagSupported()) {
-    return "--bag: this program was built without the rosbag library";
+  if (!simulation::povrayAvailable(o.povray, &error)) check(error);
+  if (!o.bag.empty() && !evaluation::rosbagSupported()) {
+    check("--bag: this program was built without the rosbag library");
   }
-  return "";
 }
 
-// Returns an empty string or a message.
-std::string prepare(const SimulateOptions& options, Setup* setup) {
-  setup->sensor = sensorOf(options);
-  std::string error = loadRig(options, &setup->calibration, &setup->camera);
-  if (error.empty()) error = loadSimulatedMotion(options, setup->calibration, &setup->motion);
-  if (!error.empty()) return error;
-  for (const std::string& note : setup->motion.notes) {
+Setup prepare(const SimulateOptions& options) {
+  Setup setup;
+  setup.sensor = sensorOf(options);
+  loadRig(options, &setup.calibration, &setup.camera);
+  setup.motion = loadSimulatedMotion(options, setup.calibration);
+  for (const std::string& note : setup.motion.notes) {
     std::cerr << "slim_init: note: " << note << "\n";
   }
   // The scene is built around the whole path of the camera.
-  setup->poses = posesOf(options, setup->motion, setup->calibration);
+  setup.poses = posesOf(options, setup.motion, setup.calibration);
   std::vector<Eigen::Vector3d> path_w;
-  for (const simulation::CameraPose& pose : setup->poses) path_w.push_back(pose.t_w_c);
+  for (const simulation::CameraPose& pose : setup.poses) path_w.push_back(pose.t_w_c);
   simulation::SceneOptions scene_options;
   scene_options.kind = options.scene;
   scene_options.seed = options.seed;
-  simulation::makeScene(scene_options, path_w, &setup->scene, &error);
-  return error;
+  std::string error;
+  if (!simulation::makeScene(scene_options, path_w, &setup.scene, &error)) check(error);
+  return setup;
 }
 
-std::string writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* writers) {
-  if (options.speed < 0.0) return "";
+void writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* writers) {
+  if (options.speed < 0.0) return;
   simulation::SpeedSimulationOptions speed;
   speed.noise = options.speed;
   speed.seed = options.seed;
@@ -256,12 +237,8 @@ std::string writeSpeeds(const SimulateOptions& options, const Setup& setup, Writ
   for (const SpeedSample& sample :
        simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed)) {
     const std::int64_t stamp = stampOf(setup.motion, sample.t);
-    if (std::string error = writers->each([&](auto* w) { return w->addSpeed(stamp, sample); });
-        !error.empty()) {
-      return error;
-    }
+    writers->each([&](auto* w) { return w->addSpeed(stamp, sample); });
   }
-  return "";
 }
 
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
@@ -274,31 +251,76 @@ void printResult(const SimulateOptions& options, const Setup& setup, double seco
 
 }  // namespace
 
-int runSimulate(const SimulateOptions& options) {
-  std::string error = checkSimulateOptions(options);
-  Setup setup;
-  if (error.empty()) error = checkPrograms(options);
-  if (error.empty()) error = prepare(options, &setup);
-  Writers writers;
-  if (error.empty()) error = writers.open(options, setup.motion, setup.calibration, setup.camera);
-  if (!error.empty()) return fail(kExitBadInput, error);
+std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
+  SimulateOptions& o = *options;
+  constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
+  return {
+      {"csv", &o.csv, "FILE",
+       "Motion from poses: stamp [ns], position [m], quaternion w x y z of the body, as in EuRoC's "
+       "ground truth; the IMU is simulated",
+       ""},
+      {"builtin", &o.builtin, "NAME", "Built-in motion; the IMU is simulated", "", 0.0, 0.0,
+       OptionScope::kAlways, simulation::builtinTrajectoryNames()},
+      {"recorded", &o.recorded, "DIR",
+       "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
+       "image times are kept",
+       ""},
+      {"scene", &o.scene, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
+       simulation::sceneNames()},
+      {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
+      {"duration", &o.duration_s, "X",
+       "Length of the images [s]; 0: to the end of the motion, 20 s of a built-in one", "", 0.0,
+       1e6},
+      {"config", &o.config, "FILE",
+       "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)", ""},
+      {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
+       0.05, 4.0},
+      {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
+      {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
+       4000.0},
+      {"speed", &o.speed, "X",
+       "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
+       "/speed0",
+       "", 0.0, 1.0},
+      {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
+       0.0, 100.0},
+      {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
+       100.0},
+      {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
+       "", 0.0, 1000.0},
+      {"readout", &o.readout_s, "X",
+       "Rolling shutter: time from the first row to the last, the stamp being that of the middle "
+       "row [s]; 0: that of --config",
+       "", 0.0, 0.1},
+      {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
+      {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
+       kMaxSeed},
+      {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path", ""},
+      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0", ""},
+      {"bag", &o.bag, "FILE", "Write a rosbag as well", ""},
+      {"quiet", &o.quiet, "", "No progress bar and no summary", ""},
+  };
+}
 
-  error = writeMotion(setup.motion, &writers);
-  if (error.empty()) error = writeSpeeds(options, setup, &writers);
-  if (!error.empty()) return fail(kExitInternal, error);
+int runSimulate(const SimulateOptions& options) {
+  checkOptions(options);
+  const Setup setup = prepare(options);
+  Writers writers(options, setup.motion, setup.calibration, setup.camera);
+  writeMotion(setup.motion, &writers);
+  writeSpeeds(options, setup, &writers);
 
   simulation::RenderOptions render;
   render.threads = options.threads;
   render.program = options.povray;
   render.work_directory = options.out;
   const auto start = std::chrono::steady_clock::now();
+  std::string error;
   const auto renderer =
       simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
-  if (renderer == nullptr) return fail(kExitBadInput, error);
-  error = writeImages(options, setup.motion, bandsOf(setup.calibration), setup.sensor,
-                      renderer.get(), &writers);
-  if (error.empty()) error = writers.each([](auto* w) { return w->finish(); });
-  if (!error.empty()) return fail(kExitInternal, error);
+  if (renderer == nullptr) check(error);
+  writeImages(options, setup.motion, bandsOf(setup.calibration), setup.sensor, renderer.get(),
+              &writers);
+  writers.each([](auto* w) { return w->finish(); });
   if (!options.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     printResult(options, setup, elapsed.count());

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "exit_code.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/options.h"
@@ -30,8 +31,8 @@ void cut(double low, double high, std::vector<T>* list) {
 
 // Keeps the images from --start on for --duration; the clock starts at the first that can be
 // rendered.
-std::string cutImages(const SimulateOptions& options, const Calibration& calibration,
-                      SimulatedMotion* motion) {
+void cutImages(const SimulateOptions& options, const Calibration& calibration,
+               SimulatedMotion* motion) {
   std::vector<double>& times = motion->image_times;
   const std::size_t before = times.size();
   times.erase(
@@ -40,10 +41,10 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
       times.end());
   if (before > times.size()) {
     motion->notes.push_back(
-        std::to_string(before - times.size()) + " of " + std::to_string(before) +
-        " images lie outside or in gaps of the ground truth and were discarded");
+        text(before - times.size(), " of ", before,
+             " images lie outside or in gaps of the ground truth and were discarded"));
   }
-  if (times.empty()) return motion->name + ": no image lies within the true motion";
+  if (times.empty()) check(motion->name + ": no image lies within the true motion");
   const double begin = times.front() + options.start_s;
   const double last = times.back();
   const double end = options.duration_s > 0.0 ? begin + options.duration_s : last;
@@ -52,29 +53,26 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
                              [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
               times.end());
   if (times.size() < 2) {
-    return text("--start ", options.start_s, " leaves ", times.size(), " images of ", motion->name,
-                ", whose motion is ", last - (begin - options.start_s),
-                " s long; at least 2 are needed");
+    check(text("--start ", options.start_s, " leaves ", times.size(), " images of ", motion->name,
+               ", whose motion is ", last - (begin - options.start_s),
+               " s long; at least 2 are needed"));
   }
-  return "";
 }
 
-std::string loadRecorded(const SimulateOptions& options, const Calibration& calibration,
-                         SimulatedMotion* motion) {
+void loadRecorded(const SimulateOptions& options, SimulatedMotion* motion) {
   evaluation::RecordedMotion recorded;
-  const evaluation::ReadStatus status =
-      evaluation::readRecordedMotion(options.recorded, WindowOptions().max_imu_gap_s, &recorded);
-  if (!status.ok()) return status.message;
+  check(evaluation::readRecordedMotion(options.recorded, WindowOptions().max_imu_gap_s, &recorded)
+            .message);
   motion->name = recorded.name;
   motion->t0_ns = recorded.t0_ns;
   motion->notes = recorded.notes;
   motion->image_times = recorded.image_times;
   std::string error;
   motion->trajectory = simulation::makeSampledTrajectory(recorded.truth, &error);
-  if (motion->trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
+  if (motion->trajectory == nullptr) check(error, options.recorded + ": groundtruth.csv: ");
   if (!recorded.has_velocity_and_bias) {
     const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(recorded.imu, recorded.truth);
-    if (!fit.ok) return options.recorded + ": " + fit.message;
+    if (!fit.ok) check(fit.message, options.recorded + ": ");
     motion->notes.push_back(fit.message);
     motion->notes.push_back(
         "the accelerometer bias is not known; the written ground truth has zero instead");
@@ -85,12 +83,11 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
   }
   motion->imu = std::move(recorded.imu);
   motion->truth = std::move(recorded.truth);
-  return cutImages(options, calibration, motion);
 }
 
 // IMU, truth and image times along a known motion.
-std::string simulateSensors(const SimulateOptions& options, const Calibration& calibration,
-                            SimulatedMotion* motion) {
+void simulateSensors(const SimulateOptions& options, const Calibration& calibration,
+                     SimulatedMotion* motion) {
   simulation::ImuSimulationOptions imu;
   imu.rate_hz = options.imu_rate_hz;
   imu.noise = calibration.imu_noise;
@@ -112,24 +109,20 @@ std::string simulateSensors(const SimulateOptions& options, const Calibration& c
     if (motion->imu.empty() || t > motion->imu.back().t - kMargin) break;
     motion->image_times.push_back(t);
   }
-  return cutImages(options, calibration, motion);
 }
 
-std::string loadCsv(const SimulateOptions& options, const Calibration& calibration,
-                    SimulatedMotion* motion) {
+void loadCsv(const SimulateOptions& options, SimulatedMotion* motion) {
   std::vector<NavState> states;
-  const evaluation::ReadStatus status = evaluation::readPoses(options.csv, &motion->t0_ns, &states);
-  if (!status.ok()) return "--csv: " + status.message;
+  check(evaluation::readPoses(options.csv, &motion->t0_ns, &states).message, "--csv: ");
   motion->name = std::filesystem::path(options.csv).stem().string();
   constexpr double kSmoothRate = 20.0;  // [Hz]
   std::string error;
   motion->trajectory = simulation::makeSmoothTrajectory(states, kSmoothRate, &error);
-  if (motion->trajectory == nullptr) return "--csv: " + options.csv + ": " + error;
-  return simulateSensors(options, calibration, motion);
+  if (motion->trajectory == nullptr) check(error, "--csv: " + options.csv + ": ");
 }
 
-std::string loadBuiltin(const SimulateOptions& options, const Calibration& calibration,
-                        SimulatedMotion* motion) {
+void loadBuiltin(const SimulateOptions& options, const Calibration& calibration,
+                 SimulatedMotion* motion) {
   motion->name = options.builtin;
   motion->t0_ns = kBuiltinT0Ns;
   const double duration = options.start_s + 2.0 * kMargin + 0.01 +
@@ -137,24 +130,31 @@ std::string loadBuiltin(const SimulateOptions& options, const Calibration& calib
   std::string error;
   motion->trajectory = simulation::makeBuiltinTrajectory(options.builtin, duration,
                                                          calibration.R_b_c, options.seed, &error);
-  if (motion->trajectory == nullptr) return "--builtin: " + error;
-  return simulateSensors(options, calibration, motion);
+  if (motion->trajectory == nullptr) check(error, "--builtin: ");
 }
 
 }  // namespace
 
-std::string loadSimulatedMotion(const SimulateOptions& options, const Calibration& calibration,
-                                SimulatedMotion* motion) {
-  std::string sentence = !options.recorded.empty() ? loadRecorded(options, calibration, motion)
-                         : !options.csv.empty()    ? loadCsv(options, calibration, motion)
-                                                   : loadBuiltin(options, calibration, motion);
-  if (!sentence.empty()) return sentence;
-  const double low = motion->image_times.front() + calibration.td - kMargin;
-  const double high = motion->image_times.back() + calibration.td + kMargin;
-  cut(low, high, &motion->imu);
+SimulatedMotion loadSimulatedMotion(const SimulateOptions& options,
+                                    const Calibration& calibration) {
+  SimulatedMotion motion;
+  if (!options.recorded.empty()) {
+    loadRecorded(options, &motion);
+  } else {
+    if (options.csv.empty()) {
+      loadBuiltin(options, calibration, &motion);
+    } else {
+      loadCsv(options, &motion);
+    }
+    simulateSensors(options, calibration, &motion);
+  }
+  cutImages(options, calibration, &motion);
+  const double low = motion.image_times.front() + calibration.td - kMargin;
+  const double high = motion.image_times.back() + calibration.td + kMargin;
+  cut(low, high, &motion.imu);
   // Recorded truth may be sparse: a few more samples for interpolation.
-  cut(low - 0.5, high + 0.5, &motion->truth);
-  return "";
+  cut(low - 0.5, high + 0.5, &motion.truth);
+  return motion;
 }
 
 }  // namespace slim_init::tools

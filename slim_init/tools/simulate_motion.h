@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "simulate_options.h"
+#include "simulate.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/types.h"
 
@@ -25,9 +25,8 @@ struct SimulatedMotion {
   std::vector<std::string> notes;  ///< one message each
 };
 
-/// Reads or makes the motion that the options name. Returns an empty string, or a message naming
-/// file, line, value or option.
-std::string loadSimulatedMotion(const SimulateOptions& options, const Calibration& calibration,
-                                SimulatedMotion* motion);
+/// Reads or makes the motion that the options name. Throws a Failure that names file, line, value
+/// or option.
+SimulatedMotion loadSimulatedMotion(const SimulateOptions& options, const Calibration& calibration);
 
 }  // namespace slim_init::tools

@@ -7,7 +7,6 @@
 #include <random>
 #include <vector>
 
-#include "anchor_cost.h"
 #include "geometry/so3.h"
 #include "inertial_cost.h"
 #include "prior.h"

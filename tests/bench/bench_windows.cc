@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "ab_options.h"
+#include "exit_code.h"
 #include "load_sequence.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/keyframe_window.h"
@@ -33,11 +34,12 @@ evaluation::Sequence benchSequence(const BenchWindows& what) {
   options.features.outlier_rate = what.outliers;
   options.features.drift = what.drift;
   options.seed = what.seed;
-  std::string error = checkAbOptions(&options);
-  LoadedSequence loaded;
-  if (error.empty()) error = loadSequence(options, &loaded);
-  if (!error.empty()) giveUp(error);
-  return loaded.sequence;
+  try {
+    check(checkAbOptions(&options));
+    return loadSequence(options).sequence;
+  } catch (const Failure& failure) {
+    giveUp(failure.what());
+  }
 }
 
 std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequence& data,

@@ -20,7 +20,6 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/imu_simulator.h"
 #include "slim_init/simulation/world.h"
-#include "window_estimates.h"
 
 namespace slim_init::evaluation {
 namespace {

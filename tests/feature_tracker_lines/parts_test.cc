@@ -18,7 +18,6 @@
 #include "patch_anchor.h"
 #include "point_tracker.h"
 #include "room_walk.h"
-#include "rotation_prior.h"
 #include "row_camera.h"
 
 namespace slim_init::feature_tracker_lines {

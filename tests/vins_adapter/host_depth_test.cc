@@ -1,13 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Depths from all views of a feature.
-#include "slim_init/vins_adapter/host_depth.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "geometry/so3.h"
+#include "slim_init/vins_adapter/host_members.h"
 
 namespace slim_init::vins_adapter {
 namespace {

@@ -160,6 +160,13 @@ struct HostAdapter::State {
   }
   using Lock = std::unique_lock<std::mutex>;
 
+  // With the host's present extrinsic.
+  Calibration calibrationWith(const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) const {
+    Calibration calibration = initializer->info().calibration;
+    calibration.R_b_c = ric;
+    calibration.t_b_c = tic;
+    return calibration;
+  }
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
                    bool wants_evidence, Lock* lock);
   void removeMoving(FrameObservation* frame) const {
@@ -169,12 +176,19 @@ struct HostAdapter::State {
   }
   void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
                          Lock* lock, HostHealth* health);
-  HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
   double longestWithoutImage(double first, double last) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   PropagatedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
+  // By the IMU. False, and a reason, where the data do not reach.
+  bool carry(const PropagatedState& from, double t, const std::deque<ImuSample>& samples,
+             PropagatedState* to, std::string* problem) const {
+    const Calibration calibration = initializer->info().calibration;
+    return propagateState(from, t, samples, screen.damage(),
+                          Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
+                          calibration.imu_noise, to, problem);
+  }
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
     const auto it = td_of.find(stamp);
@@ -183,12 +197,12 @@ struct HostAdapter::State {
 
   HostResult answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
                     Lock* lock);
+  HostResult timedAnswer(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
   SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy);
   std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
                                      Lock* lock);
   SolveWorker::Clock::time_point deadlineOf(double stamp);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
-  HostResult bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
   HostPropagation propagate(const HostState& from, double stamp) const;
   HostPropagation continuationOf(const HostState& healthy, const InitResult& result) const;
   bool isHeldBack(double stamp) const;
@@ -196,6 +210,8 @@ struct HostAdapter::State {
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
                   HostResult* answer, InitStatus* status, std::string* problem) const;
+  bool toWindow(const std::vector<NavState>& states, const std::vector<double>& stamps,
+                HostOrigin origin, HostWindow* window, std::string* problem) const;
 
   mutable std::mutex mutex;
   std::unique_ptr<IInitializer> initializer;
@@ -356,7 +372,6 @@ std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& 
 bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
                                     const std::vector<HostState>* healthy, HostResult* answer,
                                     InitStatus* status, std::string* problem) const {
-  const Calibration calibration = initializer->info().calibration;
   const double reach = answer->result.states.front().t - options.max_reach_s;
   std::vector<NavState> window = keptStates(stamps, reach, healthy);
   const std::size_t kept = window.size();
@@ -374,32 +389,45 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
   }
   if (states.size() != times.size()) {
     *status = InitStatus::kNumericalFailure;
-    *problem = initializer->info().method + " returned " + std::to_string(states.size()) +
-               " states for " + std::to_string(times.size()) + " stamps";
+    *problem = text(initializer->info().method, " returned ", states.size(), " states for ",
+                    times.size(), " stamps");
     return false;
   }
   window.insert(window.end(), states.begin(), states.end());
   // A start from rest has its origin where the body stood, a recovery that of the host.
   const bool keeps = healthy != nullptr || std::isfinite(answer->result.at_rest_since);
-  const HostOrigin origin = keeps ? HostOrigin::kKeep : HostOrigin::kFirstBody;
-  if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, origin, &answer->window,
-                    problem)) {
+  if (!toWindow(window, stamps, keeps ? HostOrigin::kKeep : HostOrigin::kFirstBody, &answer->window,
+                problem)) {
     *status = InitStatus::kNumericalFailure;
     return false;
   }
-  // As requested, to the last bit: the host finds its frames by them.
-  for (std::size_t i = 0; i < stamps.size(); ++i) answer->window.states[i].stamp = stamps[i];
   const HostState& first = answer->window.states.front();
   answer->window.prior = kept > 0 ? firstStatePrior({window.front(), healthyCovariance()}, first)
                                   : firstStatePrior(answer->result, window.front(), first);
   return true;
 }
 
+bool HostAdapter::State::toWindow(const std::vector<NavState>& states,
+                                  const std::vector<double>& stamps, HostOrigin origin,
+                                  HostWindow* window, std::string* problem) const {
+  const Calibration calibration = initializer->info().calibration;
+  if (!toHostWindow(states, calibration.gravity_magnitude, calibration.td, origin, window,
+                    problem)) {
+    return false;
+  }
+  // As requested, to the last bit: the host finds its frames by them.
+  for (std::size_t i = 0; i < stamps.size(); ++i) window->states[i].stamp = stamps[i];
+  return true;
+}
+
 // What the healthy states know, propagated over what the IMU has not measured: the initializer does
 // not see the damage.
 std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState>& healthy) const {
-  const Calibration calibration = initializer->info().calibration;
   std::vector<StatePrior> priors;
+  const auto add = [&](const PropagatedState& state) {
+    priors.push_back(toStatePrior(state));
+    priors.back().calibration = flown;
+  };
   for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
     PropagatedState propagated = healthyStateOf(*state);
     // States close to each other know the same.
@@ -409,25 +437,12 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
       if (!one.bridged && one.last > until) until = one.last;
     }
     std::string problem;
-    if (until > propagated.state.t &&
-        !propagateState(propagated, until, screen.samples(), screen.damage(),
-                        Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
-                        calibration.imu_noise, &propagated, &problem)) {
-      continue;
-    }
-    priors.push_back(toStatePrior(propagated));
-    priors.back().calibration = flown;
+    if (!carry(propagated, until, screen.samples(), &propagated, &problem)) continue;
+    add(propagated);
     if (priors.size() == kMostPriors) break;
   }
   // None reaches the end of the damage: the frame of the newest continues inside the window.
-  if (priors.empty() && !healthy.empty()) {
-    PropagatedState newest;
-    newest.state = fromHostState(healthy.back(), calibration.td);
-    newest.state.t = hostTime(healthy.back().stamp);
-    newest.covariance = healthyCovariance();
-    priors.push_back(toStatePrior(newest));
-    priors.back().calibration = flown;
-  }
+  if (priors.empty() && !healthy.empty()) add(healthyStateOf(healthy.back()));
   std::reverse(priors.begin(), priors.end());
   return priors;
 }
@@ -524,6 +539,15 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
   return answer;
 }
 
+HostResult HostAdapter::State::timedAnswer(const std::vector<double>& stamps,
+                                           const std::vector<HostState>* healthy) {
+  const auto start = SolveWorker::Clock::now();
+  Lock lock(mutex);
+  HostResult result = answer(stamps, healthy, &lock);
+  result.total_ms = millisecondsSince(start);
+  return result;
+}
+
 // The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
 bool HostAdapter::State::isHeldBack(double stamp) const {
   const double t = hostTime(stamp);
@@ -531,17 +555,12 @@ bool HostAdapter::State::isHeldBack(double stamp) const {
 }
 
 HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
-  const Calibration calibration = initializer->info().calibration;
   HostPropagation result;
   PropagatedState propagated = healthyStateOf(from);
   const double t = hostTime(stamp);
-  if (!propagateState(propagated, t, screen.heldUntil(t), screen.damage(),
-                      Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
-                      calibration.imu_noise, &propagated, &result.message)) {
-    return result;
-  }
-  result.ok = true;
-  result.state = toHostState(propagated.state, calibration.td);
+  result.ok = carry(propagated, t, screen.heldUntil(t), &propagated, &result.message);
+  if (!result.ok) return result;
+  result.state = toHostState(propagated.state, initializer->info().calibration.td);
   result.state.stamp = std::max(stamp, from.stamp);
   result.position_sigma = propagated.positionSigma();
   result.yaw_sigma_deg = kRadToDeg * propagated.yawSigma();
@@ -578,54 +597,6 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
   return frame;
 }
 
-// The last healthy state is at least as old as the newest damage that it could know of, so what is
-// propagated may drift; the host's tracks correct it.
-HostResult HostAdapter::State::bridge(const std::vector<double>& stamps,
-                                      const std::vector<HostState>& healthy) const {
-  HostResult answer;
-  answer.result.status = InitStatus::kInvalidInput;
-  answer.message = checkStamps(stamps);
-  if (!answer.message.empty() || healthy.empty()) return answer;
-  answer.stamp = stamps.back();
-  const Calibration calibration = initializer->info().calibration;
-  const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
-  const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
-  std::vector<NavState> window;
-  PropagatedState propagated;
-  auto next = healthy.begin();
-  for (const double stamp : stamps) {
-    for (; next != healthy.end() && next->stamp <= stamp + kSameFrame; ++next) {
-      propagated = healthyStateOf(*next);
-    }
-    if (next == healthy.begin()) {
-      answer.message = "a frame of the host's window is older than its healthy states";
-      return answer;
-    }
-    if (!propagateState(propagated, hostTime(stamp), samples, screen.damage(), gravity_w,
-                        calibration.imu_noise, &propagated, &answer.message)) {
-      return answer;
-    }
-    window.push_back(propagated.state);
-    window.back().t = hostTime(stamp);
-  }
-  if (const double sigma = propagated.velocitySigma(); sigma > kWorstBridge) {
-    answer.message = text("the IMU data leave a standard deviation of the velocity of ", sigma,
-                          " m/s (limit ", kWorstBridge, ')');
-    return answer;
-  }
-  if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, HostOrigin::kKeep,
-                    &answer.window, &answer.message)) {
-    return answer;
-  }
-  for (std::size_t i = 0; i < stamps.size(); ++i) answer.window.states[i].stamp = stamps[i];
-  answer.window.prior =
-      firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
-  answer.continued = true;
-  answer.result.status = InitStatus::kTimeLimit;
-  answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
-  return answer;
-}
-
 // Between two frames of the host [s]. It drops images while it has no IMU data, but its tracker has
 // them.
 double HostAdapter::State::longestWithoutImage(double first, double last) const {
@@ -655,70 +626,6 @@ std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double en
     }
   }
   return over;
-}
-
-// Over the newest interval, with what the images say about it.
-HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window,
-                                            const Calibration& calibration) {
-  HostPreparation out;
-  std::vector<double> stamps;
-  for (const HostState& state : window) stamps.push_back(state.stamp);
-  if (window.size() < 2 || !checkStamps(stamps).empty()) return out;
-  out.newest = window.back();
-  const double t_i = hostTime(stamps[stamps.size() - 2]), t_j = hostTime(stamps.back());
-  const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
-  PropagatedState predicted;
-  std::string problem;
-  if (!(t_j > t_i) ||
-      !propagateState(healthyStateOf(window[window.size() - 2]), t_j, screen.heldUntil(t_j),
-                      screen.damage(), gravity_w, calibration.imu_noise, &predicted, &problem)) {
-    return out;
-  }
-  std::vector<NavState> optimized = statesOf(window, calibration.td);
-  optimized.pop_back();
-  // What a tracker carries over a gap in the images are other points.
-  int tracks = 0;
-  const std::vector<long long> known = tracksOverGap(t_i, t_j, &tracks);
-  bool uncertain = wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged;
-  for (std::size_t i = optimized.size(); i-- > 0;) {
-    const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
-    uncertain = uncertain || gap > kLongestUnjudged;
-    if (gap <= kLongestTracked) continue;
-    optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-    if (i + 2 == stamps.size()) out.moving = known;
-    break;
-  }
-  const bool blind = static_cast<int>(known.size()) < kLeastTracks;
-  const Innovation innovation =
-      innovations.judge(optimized, predicted, {frames.begin(), frames.end()}, calibration,
-                        calibration.pointSigmaPx(), uncertain);
-  if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
-    screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
-  }
-  out.suspect = innovation.culprit == Culprit::kUnclear;
-  out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
-  moving = {innovation.moving.begin(), innovation.moving.end()};
-  const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
-  const bool contradicts =
-      innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear;
-  if (contradicts || moves) out.message = innovation.message;
-  out.intervals = intervals(stamps);
-  const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
-  if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
-    out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
-    out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
-  }
-  if (!damaged) return out;
-  if (innovation.culprit == Culprit::kNotJudged) {
-    // Too few tracks say where the damage has led.
-    out.position_sigma = std::hypot(out.position_sigma, predicted.positionSigma());
-    out.yaw_sigma_deg = std::hypot(out.yaw_sigma_deg, kRadToDeg * predicted.yawSigma());
-  }
-  // The host has predicted through what is not to be believed.
-  out.replaces_newest = true;
-  out.newest = toHostState(innovation.best, calibration.td);
-  out.newest.stamp = window.back().stamp;
-  return out;
 }
 
 std::vector<HostImuInterval> HostAdapter::State::intervals(
@@ -831,26 +738,56 @@ void HostAdapter::setTd(double td) {
 }
 
 HostResult HostAdapter::seed(const std::vector<double>& stamps) {
-  const auto start = SolveWorker::Clock::now();
-  State::Lock lock(state_->mutex);
-  HostResult answer = state_->answer(stamps, nullptr, &lock);
-  answer.total_ms = millisecondsSince(start);
-  return answer;
+  return state_->timedAnswer(stamps, nullptr);
 }
 
 HostResult HostAdapter::recover(const std::vector<double>& stamps,
                                 const std::vector<HostState>& healthy) {
-  const auto start = SolveWorker::Clock::now();
-  State::Lock lock(state_->mutex);
-  HostResult answer = state_->answer(stamps, &healthy, &lock);
-  answer.total_ms = millisecondsSince(start);
-  return answer;
+  return state_->timedAnswer(stamps, &healthy);
 }
 
+// The last healthy state is at least as old as the newest damage that it could know of, so what is
+// propagated may drift; the host's tracks correct it.
 HostResult HostAdapter::bridge(const std::vector<double>& stamps,
                                const std::vector<HostState>& healthy) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->bridge(stamps, healthy);
+  const State& state = *state_;
+  HostResult answer;
+  answer.result.status = InitStatus::kInvalidInput;
+  answer.message = checkStamps(stamps);
+  if (!answer.message.empty() || healthy.empty()) return answer;
+  answer.stamp = stamps.back();
+  const std::deque<ImuSample> samples = state.screen.heldUntil(state.hostTime(stamps.back()));
+  std::vector<NavState> window;
+  PropagatedState propagated;
+  auto next = healthy.begin();
+  for (const double stamp : stamps) {
+    for (; next != healthy.end() && next->stamp <= stamp + kSameFrame; ++next) {
+      propagated = state.healthyStateOf(*next);
+    }
+    if (next == healthy.begin()) {
+      answer.message = "a frame of the host's window is older than its healthy states";
+      return answer;
+    }
+    const double t = state.hostTime(stamp);
+    if (!state.carry(propagated, t, samples, &propagated, &answer.message)) return answer;
+    window.push_back(propagated.state);
+    window.back().t = t;
+  }
+  if (const double sigma = propagated.velocitySigma(); sigma > kWorstBridge) {
+    answer.message = text("the IMU data leave a standard deviation of the velocity of ", sigma,
+                          " m/s (limit ", kWorstBridge, ')');
+    return answer;
+  }
+  if (!state.toWindow(window, stamps, HostOrigin::kKeep, &answer.window, &answer.message)) {
+    return answer;
+  }
+  answer.window.prior =
+      firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
+  answer.continued = true;
+  answer.result.status = InitStatus::kTimeLimit;
+  answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
+  return answer;
 }
 
 void HostAdapter::learn(const HostState& healthy) {
@@ -870,22 +807,78 @@ HostPropagation HostAdapter::propagate(const HostState& from, double stamp) cons
   return state_->propagate(from, stamp);
 }
 
+// Over the newest interval, with what the images say about it.
 HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
                                      const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  Calibration calibration = state_->initializer->info().calibration;
-  calibration.R_b_c = ric;
-  calibration.t_b_c = tic;
-  return state_->prepare(window, calibration);
+  State& state = *state_;
+  const Calibration calibration = state.calibrationWith(ric, tic);
+  HostPreparation out;
+  std::vector<double> stamps;
+  for (const HostState& one : window) stamps.push_back(one.stamp);
+  if (window.size() < 2 || !checkStamps(stamps).empty()) return out;
+  out.newest = window.back();
+  const double t_i = state.hostTime(stamps[stamps.size() - 2]);
+  const double t_j = state.hostTime(stamps.back());
+  PropagatedState predicted;
+  std::string problem;
+  if (!(t_j > t_i) || !state.carry(state.healthyStateOf(window[window.size() - 2]), t_j,
+                                   state.screen.heldUntil(t_j), &predicted, &problem)) {
+    return out;
+  }
+  std::vector<NavState> optimized = state.statesOf(window, calibration.td);
+  optimized.pop_back();
+  // What a tracker carries over a gap in the images are other points.
+  int tracks = 0;
+  const std::vector<long long> known = state.tracksOverGap(t_i, t_j, &tracks);
+  bool uncertain = wideningOf(state.screen.damage(), state.hostTime(stamps.front()), t_j).damaged;
+  for (std::size_t i = optimized.size(); i-- > 0;) {
+    const double gap = state.longestWithoutImage(stamps[i], stamps[i + 1]);
+    uncertain = uncertain || gap > kLongestUnjudged;
+    if (gap <= kLongestTracked) continue;
+    optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    if (i + 2 == stamps.size()) out.moving = known;
+    break;
+  }
+  const bool blind = static_cast<int>(known.size()) < kLeastTracks;
+  const Innovation innovation =
+      state.innovations.judge(optimized, predicted, {state.frames.begin(), state.frames.end()},
+                              calibration, calibration.pointSigmaPx(), uncertain);
+  const bool contradicts =
+      innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear;
+  if (contradicts) {
+    state.screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma,
+                           innovation.gyro_sigma);
+  }
+  out.suspect = innovation.culprit == Culprit::kUnclear;
+  out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
+  state.moving = {innovation.moving.begin(), innovation.moving.end()};
+  const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
+  if (contradicts || moves) out.message = innovation.message;
+  out.intervals = state.intervals(stamps);
+  const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
+  if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
+    out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
+    out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
+  }
+  if (!damaged) return out;
+  if (innovation.culprit == Culprit::kNotJudged) {
+    // Too few tracks say where the damage has led.
+    out.position_sigma = std::hypot(out.position_sigma, predicted.positionSigma());
+    out.yaw_sigma_deg = std::hypot(out.yaw_sigma_deg, kRadToDeg * predicted.yawSigma());
+  }
+  // The host has predicted through what is not to be believed.
+  out.replaces_newest = true;
+  out.newest = toHostState(innovation.best, calibration.td);
+  out.newest.stamp = window.back().stamp;
+  return out;
 }
 
 HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                               const Eigen::Vector3d& tic, bool wants_evidence) {
   State::Lock lock(state_->mutex);
-  Calibration calibration = state_->initializer->info().calibration;
-  calibration.R_b_c = ric;
-  calibration.t_b_c = tic;
-  HostHealth health = state_->judge(window, calibration, wants_evidence, &lock);
+  HostHealth health =
+      state_->judge(window, state_->calibrationWith(ric, tic), wants_evidence, &lock);
   if (state_->options.estimate_extrinsic && health.healthy && !health.suspect) {
     const CalibrationSigmas sigmas;
     CalibrationEstimate flown;

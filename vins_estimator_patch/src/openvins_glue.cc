@@ -9,13 +9,15 @@
 #include <limits>
 #include <mutex>
 
-#include "openvins_method.h"
+#include "slim_init/baselines/baselines.h"
+#include "slim_init/config/config.h"
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
 #include "slim_init/result.h"
 #include "slim_init/text.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -36,6 +38,22 @@ Calibration calibrationOf(const OpenVinsRig& rig) {
   calibration.imu_noise.gyro_density = rig.gyro_density;
   calibration.imu_noise.accel_density = rig.accel_density;
   return calibration;
+}
+
+// `rig` holds where the file's section `slim_init:` is silent; "" for `file`: everywhere, and the
+// method is slim. On a problem null and a message in `error`. `limits`: of IMU samples, unchanged
+// without a file. `notes`: what a person should know.
+std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
+                                         ImuLimits* limits, std::vector<std::string>* notes,
+                                         std::string* error) {
+  Config config;
+  config.calibration = rig;
+  if (!file.empty() && !loadOptions(file, &config, error)) return nullptr;
+  *notes = config.notes;
+  *limits = config.options.imu;
+  config.options.limits = liveLimits(config.options.limits);
+  return baselines::makeInitializer(config.method, config.calibration, config.options,
+                                    config.baselines, error);
 }
 
 std::string inShort(double value, int digits) { return roundedText(digits, std::fixed, value); }

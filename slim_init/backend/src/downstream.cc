@@ -52,11 +52,9 @@ class Feed {
       last_imu_ = next_imu_->t;
       estimator_->addImu(*next_imu_++);
     }
-    return estimator_->addFrame(sequence_.frames[static_cast<std::size_t>(frame)]);
+    return estimator_->addFrame(sequence_.frames[frame]);
   }
-  double timeOf(int frame) const {
-    return sequence_.frames[static_cast<std::size_t>(frame)].t + td_;
-  }
+  double timeOf(int frame) const { return sequence_.frames[frame].t + td_; }
 
  private:
   const Sequence& sequence_;

@@ -9,9 +9,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <sstream>
 
-#include "anchor_cost.h"
 #include "imu/preintegration.h"
 #include "inertial_cost.h"
 #include "point_tracks.h"
@@ -54,6 +52,16 @@ constexpr double kInlierChi2 = 9.0;  // three standard deviations
 // A link that a seed contradicts by this squared whitened residual per row holds a glitch: over a
 // tenth of a second, an acceleration wrong by the order of gravity.
 constexpr double kContradiction = 1e4;
+
+// Beyond them the newest state is a failure of the estimator.
+constexpr double kMaxAccelBias = 2.5;     // [m/s^2]
+constexpr double kMaxGyroBias = 1.0;      // [rad/s]
+constexpr double kMaxStep = 5.0;          // between two newest states [m]
+constexpr double kMaxVerticalStep = 1.0;  // likewise, along gravity [m]
+// Minimum fraction of the newest frame's known points that are where the window predicts them; a
+// frame with fewer points than the second number is not judged.
+constexpr double kMinInlierFraction = 0.5;
+constexpr int kMinJudgedPoints = 10;
 
 /// The IMU measurements between two neighbouring frames.
 struct Link {
@@ -165,16 +173,15 @@ class SlidingWindowEstimator::Implementation {
  private:
   std::string checkFrame(const FrameObservation& observation) const {
     const double t = observation.t + calibration_.td;
-    std::ostringstream out;
-    if (!std::isfinite(t)) {
-      out << "stamp of the frame is not finite";
-    } else if (!frames_.empty() && !(t > frames_.back()->t)) {
-      out << "frame at " << std::fixed << t << " s is not after the last at " << frames_.back()->t
-          << " s";
-    } else if (imu_.empty() || imu_.front().t > t || imu_.back().t < t) {
-      out << "frame at " << std::fixed << t << " s lies outside the IMU data";
+    if (!std::isfinite(t)) return "stamp of the frame is not finite";
+    if (!frames_.empty() && !(t > frames_.back()->t)) {
+      return text("frame at ", std::fixed, t, " s is not after the last at ", frames_.back()->t,
+                  " s");
     }
-    return out.str();
+    if (imu_.empty() || imu_.front().t > t || imu_.back().t < t) {
+      return text("frame at ", std::fixed, t, " s lies outside the IMU data");
+    }
+    return "";
   }
 
   /// The frame, carried to its place by the IMU, and its points.
@@ -461,7 +468,7 @@ class SlidingWindowEstimator::Implementation {
       costs.push_back(reprojectionCost(track, static_cast<std::size_t>(v)));
       point_views.push_back({costs.back().get(),
                              {track.views.front().frame, BlockKind::kPose},
-                             {track.views[static_cast<std::size_t>(v)].frame, BlockKind::kPose}});
+                             {track.views[v].frame, BlockKind::kPose}});
     }
     marginalization->addPoint(point_views, track.inverse_distance, loss_);
   }
@@ -556,5 +563,31 @@ void SlidingWindowEstimator::overwrite(const std::vector<NavState>& states) {
 }
 void SlidingWindowEstimator::unseed() { implementation_->unseed(); }
 void SlidingWindowEstimator::reset() { implementation_->reset(); }
+
+std::string detectFailure(const NavState& previous, const NavState& current,
+                          const FrameReport& report) {
+  const Eigen::Vector3d step = current.p_w_b - previous.p_w_b;
+  // Written so that a value that is not finite fails.
+  if (!(current.accel_bias.norm() <= kMaxAccelBias)) {
+    return text("accelerometer bias ", current.accel_bias.norm(), " m/s^2 (limit ", kMaxAccelBias,
+                ")");
+  }
+  if (!(current.gyro_bias.norm() <= kMaxGyroBias)) {
+    return text("gyroscope bias ", current.gyro_bias.norm(), " rad/s (limit ", kMaxGyroBias, ")");
+  }
+  if (!(step.norm() <= kMaxStep)) {
+    return text("step between two frames ", step.norm(), " m (limit ", kMaxStep, ")");
+  }
+  if (!(std::abs(step.z()) <= kMaxVerticalStep)) {
+    return text("vertical step between two frames ", std::abs(step.z()), " m (limit ",
+                kMaxVerticalStep, ")");
+  }
+  if (report.newest_views >= kMinJudgedPoints &&
+      report.newest_inliers < kMinInlierFraction * report.newest_views) {
+    return text(report.newest_inliers, " of ", report.newest_views,
+                " points are where they are expected (minimum fraction ", kMinInlierFraction, ")");
+  }
+  return "";
+}
 
 }  // namespace slim_init::backend

@@ -2,7 +2,6 @@
 #include "loosely_coupled.h"
 
 #include <cmath>
-#include <sstream>
 
 #include "slim_init/text.h"
 #include "verdict/gates.h"
@@ -17,17 +16,17 @@ constexpr double kMinScale = 1e-6;
 
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result) {
-  std::ostringstream message;
   if (bias.point_pairs == 0) {
-    message << "0 keyframe pairs with " << options.min_points_per_pair
-            << " or more common points (minimum 1)";
-    fail(InitStatus::kTooFewTracks, message.str(), result);
+    fail(InitStatus::kTooFewTracks,
+         text("0 keyframe pairs with ", options.min_points_per_pair,
+              " or more common points (minimum 1)"),
+         result);
     return false;
   }
   if (!bias.valid) {
-    message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit " << options.max_bias
-            << ")";
-    fail(InitStatus::kNumericalFailure, message.str(), result);
+    fail(InitStatus::kNumericalFailure,
+         text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ", options.max_bias, ")"),
+         result);
     return false;
   }
   result->gyro_bias = bias.gyro_bias;

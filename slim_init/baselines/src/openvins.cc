@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <vector>
 
 #include "closed_form.h"
@@ -55,15 +54,15 @@ bool hasEnoughTracks(const InitWindow& window, const std::vector<int>& tracks,
   int equations = 0;
   for (const int t : tracks) equations += 2 * window.pointTracks()[t].size();
   const int unknowns = 3 * static_cast<int>(tracks.size()) + 6;
-  std::ostringstream message;
+  std::string message;
   if (tracks.size() < static_cast<std::size_t>(options.min_features)) {
-    message << tracks.size() << " tracks (minimum " << options.min_features << ')';
+    message = text(tracks.size(), " tracks (minimum ", options.min_features, ')');
   } else if (equations < unknowns) {
-    message << "the tracks give " << equations << " equations (minimum " << unknowns << ')';
+    message = text("the tracks give ", equations, " equations (minimum ", unknowns, ')');
   } else {
     return true;
   }
-  fail(InitStatus::kTooFewTracks, message.str(), result);
+  fail(InitStatus::kTooFewTracks, message, result);
   return false;
 }
 

@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
-#include <sstream>
 
 #include "data/with_observations.h"
 #include "geometry/so3.h"
@@ -189,20 +188,22 @@ class Reconstruction {
       reference_ = l;
       return true;
     }
-    std::ostringstream message;
     if (inliers >= 0) {
-      message << "the five-point pose has at most " << inliers << " inliers (minimum "
-              << options_.min_pose_inliers + 1 << ')';
-      return refuse(InitStatus::kTooFewTracks, message.str(), out);
+      return refuse(InitStatus::kTooFewTracks,
+                    text("the five-point pose has at most ", inliers, " inliers (minimum ",
+                         options_.min_pose_inliers + 1, ')'),
+                    out);
     }
     if (most <= static_cast<std::size_t>(options_.min_common_points)) {
-      message << "keyframes share at most " << most << " points with the newest (minimum "
-              << options_.min_common_points + 1 << ')';
-      return refuse(InitStatus::kTooFewTracks, message.str(), out);
+      return refuse(InitStatus::kTooFewTracks,
+                    text("keyframes share at most ", most, " points with the newest (minimum ",
+                         options_.min_common_points + 1, ')'),
+                    out);
     }
-    message << "mean motion of the tracks to the newest keyframe is at most " << largest_px
-            << " px (minimum " << options_.min_parallax_px << ')';
-    return refuse(InitStatus::kTooLittleExcitation, message.str(), out);
+    return refuse(InitStatus::kTooLittleExcitation,
+                  text("mean motion of the tracks to the newest keyframe is at most ", largest_px,
+                       " px (minimum ", options_.min_parallax_px, ')'),
+                  out);
   }
 
   // Triangulation and PnP in turn, outwards from the reference.
@@ -319,11 +320,11 @@ class Reconstruction {
       points.emplace_back(feature.point.x(), feature.point.y(), feature.point.z());
       images.emplace_back(view->uv.x(), view->uv.y());
     }
-    std::ostringstream message;
     if (points.size() < static_cast<std::size_t>(options_.min_pnp_points)) {
-      message << "keyframe " << k << " sees " << points.size() << " reconstructed points (minimum "
-              << options_.min_pnp_points << ')';
-      return refuse(InitStatus::kTooFewTracks, message.str(), out);
+      return refuse(InitStatus::kTooFewTracks,
+                    text("keyframe ", k, " sees ", points.size(), " reconstructed points (minimum ",
+                         options_.min_pnp_points, ')'),
+                    out);
     }
     const Eigen::Vector3d w = logSO3(neighbour.R);
     cv::Mat rotation = (cv::Mat_<double>(3, 1) << w.x(), w.y(), w.z());
@@ -334,8 +335,9 @@ class Reconstruction {
     poses_[k].R = expSO3(vectorOf(rotation));
     poses_[k].t = vectorOf(translation);
     if (solved && poses_[k].R.allFinite() && poses_[k].t.allFinite()) return true;
-    message << "PnP of keyframe " << k << " with " << points.size() << " points has no solution";
-    return refuse(InitStatus::kNumericalFailure, message.str(), out);
+    return refuse(InitStatus::kNumericalFailure,
+                  text("PnP of keyframe ", k, " with ", points.size(), " points has no solution"),
+                  out);
   }
 
   const VinsOptions& options_;

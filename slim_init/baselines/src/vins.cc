@@ -2,7 +2,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
-#include <sstream>
 #include <vector>
 
 #include "compared_methods.h"
@@ -11,6 +10,7 @@
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
+#include "slim_init/text.h"
 #include "structure_from_motion.h"
 #include "verdict/gates.h"
 
@@ -58,16 +58,16 @@ FreeAlignment alignFreely(const AlignmentProblem& problem) {
 // The release's own checks of the alignment.
 bool accept(const FreeAlignment& alignment, double gravity_magnitude, const VinsOptions& options,
             InitResult* result) {
-  std::ostringstream message;
+  std::string message;
   if (!(std::abs(alignment.gravity - gravity_magnitude) <= options.max_gravity_residual)) {
-    message << "free gravity of the alignment is " << alignment.gravity << " m/s^2 (limit "
-            << gravity_magnitude << " +- " << options.max_gravity_residual << ')';
+    message = text("free gravity of the alignment is ", alignment.gravity, " m/s^2 (limit ",
+                   gravity_magnitude, " +- ", options.max_gravity_residual, ')');
   } else if (!(alignment.scale >= 0.0)) {
-    message << "free scale of the alignment is " << alignment.scale << " (minimum 0)";
+    message = text("free scale of the alignment is ", alignment.scale, " (minimum 0)");
   } else {
     return true;
   }
-  fail(InitStatus::kDegenerateAlignment, message.str(), result);
+  fail(InitStatus::kDegenerateAlignment, message, result);
   return false;
 }
 

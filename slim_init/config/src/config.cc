@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "host_keys.h"
-#include "section.h"
 #include "slim_init/baselines/baselines.h"
 #include "yaml_value.h"
 
@@ -18,18 +17,88 @@ using namespace config;  // the parts of this library
 
 namespace {
 
+// Name of our section.
+constexpr char kSection[] = "slim_init";
+
+// What was read from the files so far: the file that a key came from, by its full name
+// ("slim_init.window.keyframes").
+using SectionLog = std::map<std::string, std::string>;
+
+class SectionReader {
+ public:
+  SectionReader(const std::string& file, Config* config, SectionLog* log)
+      : file_(file), table_(configTable(config)), log_(log) {}
+
+  // The keys of `section`, whose path is `prefix` ("window.").
+  void read(const cv::FileNode& section, const std::string& prefix) {
+    std::vector<std::string> seen;
+    for (cv::FileNodeIterator it = section.begin(); it != section.end(); ++it) {
+      const cv::FileNode node = *it;
+      const std::string key = prefix + node.name();
+      // OpenCV keeps the last of two equal keys and loses the other silently.
+      if (std::count(seen.begin(), seen.end(), key) > 0) fail(fullName(key), " is given twice");
+      seen.push_back(key);
+      if (const OptionField* option = find(key)) {
+        config::read(fullName(key), node, *option);
+        (*log_)[fullName(key)] = file_;
+      } else if (isSection(key)) {
+        if (!node.isMap()) wrongKind(fullName(key), node, "a section of keys");
+        read(node, key + ".");
+      } else {
+        unknown(key);
+      }
+    }
+  }
+
+ private:
+  static std::string fullName(const std::string& key) { return std::string(kSection) + "." + key; }
+
+  const OptionField* find(const std::string& key) const {
+    for (const OptionField& option : table_) {
+      if (option.key == key) return &option;
+    }
+    return nullptr;
+  }
+
+  bool isSection(const std::string& key) const {
+    return std::any_of(table_.begin(), table_.end(), [&key](const OptionField& option) {
+      return option.key.compare(0, key.size() + 1, key + ".") == 0;
+    });
+  }
+
+  [[noreturn]] void unknown(const std::string& key) const {
+    fail(fullName(key), " is not a known key; `slim_init options --keys all` lists them");
+  }
+
+  const std::string file_;
+  const OptionTable table_;
+  SectionLog* const log_;
+};
+
+// Reads the section below `root` onto `config`; without one throws if it is `required`. Throws a
+// Problem (yaml_value.h) on unknown keys, wrong kinds, and a key that is given twice.
+void readSection(const cv::FileNode& root, const std::string& file, bool required, Config* config,
+                 SectionLog* log) {
+  const cv::FileNode section = root[kSection];
+  if (section.empty()) {
+    if (required) fail("the section ", kSection, ": is missing");
+    return;
+  }
+  if (!section.isMap()) wrongKind(kSection, section, "a section of keys");
+  SectionReader(file, config, log).read(section, "");
+}
+
 void noteNoise(const cv::FileNode& root, const SectionLog& log, Config* config) {
   const bool has_gyro = log.count("slim_init.noise.gyro_density") > 0;
   const bool has_accel = log.count("slim_init.noise.accel_density") > 0;
   const bool host_has = !root["acc_n"].empty() || !root["gyr_n"].empty();
   if (has_gyro && has_accel) return;
   const ImuNoise& noise = config->calibration.imu_noise;
-  std::ostringstream out;
-  if (host_has) out << "acc_n and gyr_n tune the host and are not noise densities; ";
-  out << "used are " << noise.gyro_density << " rad/s/sqrt(Hz)" << (has_gyro ? "" : " (default)")
-      << " and " << noise.accel_density << " m/s^2/sqrt(Hz)" << (has_accel ? "" : " (default)")
-      << "; set slim_init.noise.gyro_density and slim_init.noise.accel_density to change them";
-  config->notes.push_back(out.str());
+  config->notes.push_back(
+      text(host_has ? "acc_n and gyr_n tune the host and are not noise densities; " : "",
+           "used are ", noise.gyro_density, " rad/s/sqrt(Hz)", has_gyro ? "" : " (default)",
+           " and ", noise.accel_density, " m/s^2/sqrt(Hz)", has_accel ? "" : " (default)",
+           "; set slim_init.noise.gyro_density and slim_init.noise.accel_density to change them"));
 }
 
 // What the reader should know about the use of keys.
@@ -44,9 +113,9 @@ void noteKeys(Config* config) {
 void checkRanges(const Config& config) {
   const std::vector<std::string> methods = baselines::namesOf(baselines::methods());
   if (std::find(methods.begin(), methods.end(), config.method) == methods.end()) {
-    std::ostringstream known;
-    for (const std::string& name : methods) known << (known.tellp() > 0 ? ", " : "") << name;
-    fail(kSection, ".method is \"", config.method, "\", must be one of ", known.str());
+    std::string known;
+    for (const std::string& name : methods) known += (known.empty() ? "" : ", ") + name;
+    fail(kSection, ".method is \"", config.method, "\", must be one of ", known);
   }
   std::string message = config.options.validate();
   if (message.empty()) message = config.baselines.validate();

@@ -13,33 +13,20 @@ namespace slim_init::config {
 namespace {
 
 std::string shown(const cv::FileNode& node) {
-  std::ostringstream out;
-  if (node.isInt()) {
-    out << static_cast<int>(node);
-  } else if (node.isReal()) {
-    out << static_cast<double>(node);
-  } else if (node.isString()) {
-    out << '"' << static_cast<std::string>(node) << '"';
-  } else if (node.isMap()) {
-    out << "a section";
-  } else if (node.isSeq()) {
-    out << "a list";
-  } else {
-    out << "empty";
-  }
-  return out.str();
+  if (node.isInt()) return std::to_string(static_cast<int>(node));
+  if (node.isReal()) return text(static_cast<double>(node));
+  if (node.isString()) return '"' + static_cast<std::string>(node) + '"';
+  if (node.isMap()) return "a section";
+  return node.isSeq() ? "a list" : "empty";
 }
 
-std::string text(int value) { return std::to_string(value); }
-std::string text(bool value) { return value ? "1" : "0"; }
-std::string text(const std::string& value) { return value; }
-std::string text(double value) {
-  std::ostringstream out;
-  out.precision(15);
-  out << value;
+std::string inFile(int value) { return std::to_string(value); }
+std::string inFile(bool value) { return value ? "1" : "0"; }
+std::string inFile(const std::string& value) { return value; }
+std::string inFile(double value) {
+  const std::string number = roundedText(15, value);
   // OpenCV reads "1" as a whole number; a reader should see that a fraction may stand here.
-  if (out.str().find_first_of(".en") == std::string::npos) out << ".0";
-  return out.str();
+  return number.find_first_of(".en") == std::string::npos ? number + ".0" : number;
 }
 
 }  // namespace
@@ -99,7 +86,7 @@ std::string written(const OptionField& option) {
   if (const auto* word = std::get_if<OptionWord>(&option.value)) return word->get();
   return std::visit(
       [](const auto& value) -> std::string {
-        if constexpr (std::is_pointer_v<std::decay_t<decltype(value)>>) return text(*value);
+        if constexpr (std::is_pointer_v<std::decay_t<decltype(value)>>) return inFile(*value);
         return "";
       },
       option.value);

@@ -5,10 +5,10 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
-#include <sstream>
 #include <string>
 
 #include "slim_init/option_table.h"
+#include "slim_init/text.h"
 
 namespace slim_init::config {
 
@@ -20,9 +20,7 @@ struct Problem {
 
 template <typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream out;
-  (out << ... << parts);
-  throw Problem{out.str()};
+  throw Problem{slim_init::text(parts...)};
 }
 
 /// Throws "KEY is VALUE, must be WANTED".

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "window_estimates.h"
-
 namespace slim_init::evaluation {
 
 const char* toString(Severity severity) {
@@ -25,9 +23,29 @@ Severity severityAbove(double value, const DoctorOptions::Bound& bound) {
   return value > bound.warn ? Severity::kWarning : Severity::kOk;
 }
 
-Severity severityBelow(double value, const DoctorOptions::Bound& bound) {
-  if (value >= bound.warn) return Severity::kOk;
-  return value >= bound.fail ? Severity::kWarning : Severity::kError;  // NaN: error
+Finding atMost(const char* check, double value, const DoctorOptions::Bound& bound, const char* unit,
+               double factor) {
+  return {check,        severityAbove(value, bound), factor * value,
+          kNotComputed, factor * bound.warn,         unit};
+}
+
+Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bound,
+                const char* unit, double factor) {
+  const Severity below = value >= bound.fail ? Severity::kWarning : Severity::kError;  // NaN: error
+  return {check,          value >= bound.warn ? Severity::kOk : below,
+          factor * value, factor * bound.warn,
+          kNotComputed,   unit};
+}
+
+Finding atMost(const char* check, double value, double limit, Severity beyond, const char* unit,
+               double factor) {
+  return {check,          value > limit ? beyond : Severity::kOk,
+          factor * value, kNotComputed,
+          factor * limit, unit};
+}
+
+Finding notChecked(const char* check, const char* unit) {
+  return {check, Severity::kNotChecked, kNotComputed, kNotComputed, kNotComputed, unit};
 }
 
 std::string number(double value, int digits) {
@@ -42,19 +60,12 @@ std::string number(double value, int digits) {
 
 std::string percent(double share) { return number(100.0 * share) + " %"; }
 
-Finding& add(Findings* findings, const char* check, Severity severity, double value,
-             const char* unit) {
-  Finding finding;
-  finding.check = check;
-  finding.severity = severity;
-  finding.value = value;
-  finding.unit = unit;
-  findings->push_back(finding);
+Finding& add(Findings* findings, Finding finding, const std::string& message,
+             const std::string& advice) {
+  finding.message = message;
+  if (finding.severity != Severity::kOk) finding.advice = advice;
+  findings->push_back(std::move(finding));
   return findings->back();
-}
-
-void advise(Finding* finding, const std::string& advice) {
-  if (finding->severity != Severity::kOk) finding->advice = advice;
 }
 
 Severity DoctorReport::worst() const {

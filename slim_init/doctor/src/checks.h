@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The checks of the doctor. Each appends its findings, good ones too.
+// The checks of the doctor, each of which appends its findings, good ones too, and what `slim`
+// itself makes of the windows of a recording.
 #pragma once
 
 #include <string>
@@ -13,6 +14,22 @@ namespace slim_init::evaluation {
 using Findings = std::vector<Finding>;
 
 inline constexpr double kDegPerRad = 57.29577951308232;
+
+/// Cuts windows one after the other, without overlap, and solves each of them twice: with the
+/// calibration as configured, for the verdict, and with wide priors about the one that `alignment`
+/// has found (the configured one where that is near, or nothing was found), for the calibration.
+/// The second is left out where camera and gyro do not measure the same motion
+/// (`options.min_correlation`, `options.gyro_scale`): no calibration makes them agree.
+WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& alignment,
+                             const DoctorOptions& options);
+
+/// The most probable calibration, given independent estimates that all rest on one prior: `prior`,
+/// with its sigmas, which counts once. Re-weighted (Cauchy), so that one estimate in ten may be
+/// wrong; the covariance is scaled by the scatter of the estimates where that is larger than they
+/// say. Nothing for fewer than kMinEstimates or where an estimate has no covariance.
+OptionalCalibration combinedCalibration(const std::vector<CalibrationEstimate>& estimates,
+                                        const Calibration& prior);
+inline constexpr int kMinEstimates = 3;
 
 /// Order, rate, gaps, jitter of the IMU's stamps.
 void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findings* findings);
@@ -41,21 +58,29 @@ void checkImuNoise(const DoctorData& data, const WindowEstimates& answers,
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
                      const DoctorOptions& options, Findings* findings);
 
-/// Severity of a value that must not exceed the bound (severityBelow: fall below it).
+/// Severity of a value that must not exceed the bound.
 Severity severityAbove(double value, const DoctorOptions::Bound& bound);
-Severity severityBelow(double value, const DoctorOptions::Bound& bound);
+
+/// A finding about a value that must not exceed the bound (atLeast: fall below it). Both are shown
+/// in `unit`, of which the unit that they have here holds `factor`.
+Finding atMost(const char* check, double value, const DoctorOptions::Bound& bound, const char* unit,
+               double factor = 1.0);
+Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bound,
+                const char* unit, double factor = 1.0);
+/// The same with a value beyond `limit` being of one severity.
+Finding atMost(const char* check, double value, double limit, Severity beyond, const char* unit,
+               double factor = 1.0);
+/// One that could not be checked yet.
+Finding notChecked(const char* check, const char* unit);
 
 /// A number for a message, without exponent: "0.0123", "9.81", "200".
 std::string number(double value, int digits = 3);
 /// "1.2 %"
 std::string percent(double share);
 
-/// Appends a finding; the caller fills in message and advice. The reference is valid until the next
-/// call.
-Finding& add(Findings* findings, const char* check, Severity severity, double value,
-             const char* unit);
-
-/// Sets the advice of a finding that is not kOk.
-void advise(Finding* finding, const std::string& advice);
+/// Appends a finding; its advice is that of one that is not kOk. The caller may change it; the
+/// reference is valid until the next call.
+Finding& add(Findings* findings, Finding finding, const std::string& message = "",
+             const std::string& advice = "");
 
 }  // namespace slim_init::evaluation

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "checks.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -32,18 +33,16 @@ std::string commonMessage(const WindowEstimates& answers) {
 void checkDensity(const char* check, const char* sensor, const char* unit, const char* key,
                   double measured, double assumed, double data_sheet, double ratio,
                   Findings* findings) {
-  Finding& f = add(findings, check, Severity::kOk, measured, unit);
+  Finding f = {check, Severity::kOk, measured, kNotComputed, kNotComputed, unit};
   if (!std::isfinite(measured)) {
     f.severity = Severity::kNotChecked;
-    f.message =
-        std::string("Noise of the ") + sensor + " not measured: no window has enough samples";
+    add(findings, f, text("Noise of the ", sensor, " not measured: no window has enough samples"));
     return;
   }
   f.min = data_sheet / ratio;
   f.max = data_sheet * ratio;
-  f.message = std::string("White noise of the ") + sensor + " " + number(measured) + " " + unit +
-              " (" + key + " " + number(data_sheet) + "); with the motion slim assumes " +
-              number(assumed);
+  f.message = text("White noise of the ", sensor, ' ', number(measured), ' ', unit, " (", key, ' ',
+                   number(data_sheet), "); with the motion slim assumes ", number(assumed));
   if (measured > f.max) {
     f.severity = Severity::kNote;
     f.message += ". It vibrates";
@@ -53,20 +52,22 @@ void checkDensity(const char* check, const char* sensor, const char* unit, const
   } else if (measured < f.min) {
     f.severity = Severity::kNote;
     f.message += ". The configured density seems to be inflated";
-    f.advice = std::string("Give the data sheet's value for slim_init.noise.") + key +
-               ": a larger one delays initialization.";
+    f.advice = text("Give the data sheet's value for slim_init.noise.", key,
+                    ": a larger one delays initialization.");
   }
+  findings->push_back(f);
 }
 
 }  // namespace
 
 void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options,
                     Findings* findings) {
-  Finding& f = add(findings, "starts", Severity::kNotChecked, kNotComputed, "%");
+  Finding f = notChecked("starts", "%");
   if (answers.windows == 0) {
-    f.message = "No window of " + std::to_string(options.initializer.window.keyframes) +
-                " keyframes that slim can solve";
-    f.advice = "Record 20 s or more; images and IMU have to be there at the same time.";
+    add(findings, f,
+        text("No window of ", options.initializer.window.keyframes,
+             " keyframes that slim can solve"),
+        "Record 20 s or more; images and IMU have to be there at the same time.");
     return;
   }
   constexpr double kPercent = 100.0;
@@ -76,11 +77,11 @@ void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options
   // Twenty seconds are seven windows: one that is refused among accepted ones is no share yet.
   const bool single = answers.refused == 1 && answers.accepted >= kAcceptedBesideOne;
   f.severity = single ? Severity::kOk : severityAbove(refused, options.refused);
-  f.message = "As configured, slim accepts " + std::to_string(answers.accepted) + " of " +
-              std::to_string(answers.windows) + " windows (" + statusText(answers) + ")";
+  f.message = text("As configured, slim accepts ", answers.accepted, " of ", answers.windows,
+                   " windows (", statusText(answers), ')');
   if (std::isfinite(answers.track_noise.measured_px)) {
-    f.message += "; its tracks have a noise of " + number(answers.track_noise.measured_px) +
-                 " px, " + number(answers.track_noise.assumed_px) + " px is assumed";
+    f.message += text("; its tracks have a noise of ", number(answers.track_noise.measured_px),
+                      " px, ", number(answers.track_noise.assumed_px), " px is assumed");
   }
   if (f.severity != Severity::kOk) {
     f.message += ", most of the others with " + commonMessage(answers);
@@ -91,9 +92,10 @@ void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options
     f.advice = "No fault: move the rig back and forth and turn it while it initializes.";
   } else if (2 * answers.with_warnings > answers.accepted) {
     f.severity = Severity::kNote;
-    f.message += "; " + std::to_string(answers.with_warnings) +
-                 " of them with a warning, the first: " + answers.warning;
+    f.message +=
+        text("; ", answers.with_warnings, " of them with a warning, the first: ", answers.warning);
   }
+  findings->push_back(f);
 }
 
 void checkImuNoise(const DoctorData& data, const WindowEstimates& answers,

@@ -4,20 +4,9 @@
 
 #include "checks.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
-namespace {
-
-double shareOf(int count, int total) {
-  return total == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(total);
-}
-
-/// "7 of 60 images"
-std::string countText(int count, int total) {
-  return std::to_string(count) + " of " + std::to_string(total) + " images";
-}
-
-}  // namespace
 
 void checkImages(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
   int read = 0, wrong_size = 0, black = 0, saturated = 0, with_edges = 0, blurred = 0, repeats = 0;
@@ -37,11 +26,9 @@ void checkImages(const DoctorData& data, const DoctorOptions& options, Findings*
 
   const auto check = [&](const char* name, int count, int total, const DoctorOptions::Bound& bound,
                          const std::string& what, const char* advice) {
-    const double share = shareOf(count, total);
-    Finding& f = add(findings, name, severityAbove(share, bound), 100.0 * share, "%");
-    f.max = 100.0 * bound.warn;
-    f.message = countText(count, total) + " " + what;
-    advise(&f, advice);
+    const double share = total == 0 ? 0.0 : static_cast<double>(count) / total;
+    add(findings, atMost(name, share, bound, "%", 100.0),
+        text(count, " of ", total, " images ", what), advice);
   };
   const int total = static_cast<int>(data.images.size());
   check("image_size", wrong_size, total, {0.0, 0.0}, "do not have the configured size",
@@ -77,37 +64,30 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
     before = std::move(now);
   }
   const double count = points.empty() ? 0.0 : median(points);
-  Finding& p = add(findings, "points", severityBelow(count, options.points), count, "");
-  p.min = options.points.warn;
-  p.message = points.empty() ? "No image could be tracked"
-                             : "An image has " + number(count) + " points (median)";
-  advise(&p,
-         "Too little texture: check light, focus, exposure and blank walls, and whether a mask or "
-         "an incorrect image size hides most of the image.");
+  add(findings, atLeast("points", count, options.points, ""),
+      points.empty() ? "No image could be tracked"
+                     : "An image has " + number(count) + " points (median)",
+      "Too little texture: check light, focus, exposure and blank walls, and whether a mask or an "
+      "incorrect image size hides most of the image.");
 
-  if (survival.empty()) {
-    Finding& s = add(findings, "point_survival", Severity::kNotChecked, kNotComputed, "%");
-    s.min = 100.0 * options.survival.warn;
-    s.message = "Survival of points not checked: there are none";
-  } else {
-    const double share = median(survival);
-    Finding& s =
-        add(findings, "point_survival", severityBelow(share, options.survival), 100.0 * share, "%");
-    s.min = 100.0 * options.survival.warn;
-    s.message = percent(share) + " of the points are found in the next image (median)";
-    advise(&s,
-           "Images are too far apart, too blurred or too noisy to track: use more images per "
-           "second, a shorter exposure, slower motion.");
-  }
+  const double share = median(survival);
+  Finding surviving = atLeast("point_survival", share, options.survival, "%", 100.0);
+  if (survival.empty()) surviving.severity = Severity::kNotChecked;
+  add(findings, surviving,
+      survival.empty() ? "Survival of points not checked: there are none"
+                       : percent(share) + " of the points are found in the next image (median)",
+      survival.empty() ? ""
+                       : "Images are too far apart, too blurred or too noisy to track: use more "
+                         "images per second, a shorter exposure, slower motion.");
 
   if (!data.lines_enabled) return;
   const double line_count = lines.empty() ? 0.0 : median(lines);
   constexpr double kFewLines = 5.0;  // fewer hardly constrain the rotation
-  Finding& l = add(findings, "lines", line_count >= kFewLines ? Severity::kOk : Severity::kNote,
-                   line_count, "");
-  l.min = kFewLines;
-  l.message = "An image has " + number(line_count) + " lines (median)";
-  if (l.severity != Severity::kOk) l.message += ": only points are used";
+  const bool few = line_count < kFewLines;
+  add(findings,
+      {"lines", few ? Severity::kNote : Severity::kOk, line_count, kFewLines, kNotComputed, ""},
+      "An image has " + number(line_count) + " lines (median)" +
+          (few ? ": only points are used" : ""));
 }
 
 }  // namespace slim_init::evaluation

@@ -5,6 +5,7 @@
 #include "checks.h"
 #include "reference_so3.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -85,13 +86,18 @@ double scatterOverWindows(const std::vector<ImuSample>& imu, Eigen::Vector3d Imu
   return median(scatters);
 }
 
+/// Whether camera and gyro measure the same motion.
+bool isSolved(const RotationAlignment& alignment, const DoctorOptions& options) {
+  return alignment.status == AlignmentStatus::kSolved &&
+         alignment.correlation >= options.min_correlation;
+}
+
 void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
                   const DoctorOptions& options, Findings* findings) {
   const double g = data.calibration.gravity_magnitude;
   const double norm = medianAccelNorm(data.imu);
   const double factor = accelFactor(data.imu);
-  const bool turned = alignment.status == AlignmentStatus::kSolved &&
-                      alignment.correlation >= options.min_correlation;
+  const bool turned = isSolved(alignment, options);
   double measured = factor * norm;
   if (turned || alignment.status == AlignmentStatus::kTooLittleTurn) {
     const double over_windows =
@@ -100,72 +106,65 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
     if (std::isfinite(over_windows)) measured = over_windows;
   }
 
-  Finding& u = add(findings, "accel_unit", Severity::kOk, norm, "m/s^2");
-  u.min = g * (1.0 - options.gravity.fail);
-  u.max = g * (1.0 + options.gravity.fail);
-  u.message = "The accelerometer reads " + number(norm) + " (median of its norm)";
+  Finding& u = add(findings,
+                   {"accel_unit", Severity::kOk, norm, g * (1.0 - options.gravity.fail),
+                    g * (1.0 + options.gravity.fail), "m/s^2"},
+                   "The accelerometer reads " + number(norm) + " (median of its norm)");
+  const auto isWrong = [&u](const char* how, const std::string& advice) {
+    u.severity = Severity::kError;
+    u.message += how;
+    u.advice = advice;
+  };
   if (isInG(norm)) {
-    u.severity = Severity::kError;
-    u.message += ": that is gravity in g, not in m/s^2";
-    u.advice = "Multiply linear_acceleration by " + number(kStandardGravity, 6) +
-               " in the driver or its settings.";
+    isWrong(": that is gravity in g, not in m/s^2", "Multiply linear_acceleration by " +
+                                                        number(kStandardGravity, 6) +
+                                                        " in the driver or its settings.");
   } else if (norm < 0.5 * g) {
-    u.severity = Severity::kError;
-    u.message += ", far less than gravity";
-    u.advice =
-        "Gravity has been removed from the data, or the unit is another one: use the raw "
-        "accelerometer in m/s^2.";
+    isWrong(", far less than gravity",
+            "Gravity has been removed from the data, or the unit is another one: use the raw "
+            "accelerometer in m/s^2.");
   } else if (norm > 2.0 * g) {
-    u.severity = Severity::kError;
-    u.message += ", far more than gravity";
-    u.advice = "Convert linear_acceleration to m/s^2; raw counts and milli-g look like this.";
+    isWrong(", far more than gravity",
+            "Convert linear_acceleration to m/s^2; raw counts and milli-g look like this.");
   }
   if (u.severity != Severity::kOk && factor == 1.0) return;  // the unit of gravity is unknown
 
-  const double off = std::abs(measured / g - 1.0);
-  Finding& f = add(findings, "gravity", severityAbove(off, options.gravity), measured, "m/s^2");
-  f.min = g * (1.0 - options.gravity.warn);
-  f.max = g * (1.0 + options.gravity.warn);
-  f.message =
-      "The measured gravity is " + number(measured) + " m/s^2, the configured one " + number(g);
-  advise(&f,
-         "Calibrate the accelerometer's scale and bias at rest; if gravity is correct at rest, "
-         "check that gyro and accelerometer have the same axes.");
+  add(findings,
+      {"gravity", severityAbove(std::abs(measured / g - 1.0), options.gravity), measured,
+       g * (1.0 - options.gravity.warn), g * (1.0 + options.gravity.warn), "m/s^2"},
+      "The measured gravity is " + number(measured) + " m/s^2, the configured one " + number(g),
+      "Calibrate the accelerometer's scale and bias at rest; if gravity is correct at rest, check "
+      "that gyro and accelerometer have the same axes.");
 }
 
 void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
   std::vector<double> norms;
   for (const ImuSample& sample : data.imu) norms.push_back(sample.gyro.norm());
-  const double rate = norms.empty() ? kNotComputed : quantile(norms, 0.99);
-  const Severity severity = rate > options.max_gyro_rate ? Severity::kError : Severity::kOk;
-  Finding& f = add(findings, "gyro_range", severity, rate, "rad/s");
-  f.max = options.max_gyro_rate;
-  f.message = "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)";
-  if (severity != Severity::kOk) {
-    f.message += ", more than a gyro of 2000 deg/s can measure";
-    f.advice = "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.";
-  }
+  const double rate = quantile(norms, 0.99);
+  Finding& f =
+      add(findings, atMost("gyro_range", rate, options.max_gyro_rate, Severity::kError, "rad/s"),
+          "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)",
+          "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.");
+  if (f.severity != Severity::kOk) f.message += ", more than a gyro of 2000 deg/s can measure";
 }
 
 void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& options,
                    Findings* findings) {
   const bool still = alignment.pairs >= rotation_alignment::kMinPairs &&
                      alignment.camera_rate < 0.5 * rotation_alignment::kMinRate;
-  const bool solved = alignment.status == AlignmentStatus::kSolved &&
-                      alignment.correlation >= options.min_correlation;
-  Finding& f = add(findings, "gyro_bias", Severity::kNotChecked, kNotComputed, "rad/s");
-  f.max = options.gyro_still.warn;
-  if (!still && !solved) {
-    f.message = "Gyro bias not checked: the images do not determine the rotation of the camera";
+  if (!still && !isSolved(alignment, options)) {
+    Finding f = notChecked("gyro_bias", "rad/s");
+    f.max = options.gyro_still.warn;
+    add(findings, f,
+        "Gyro bias not checked: the images do not determine the rotation of the camera");
     return;
   }
-  f.value = still ? alignment.gyro_mean.norm() : alignment.gyro_bias.norm();
-  f.severity = severityAbove(f.value, options.gyro_still);
-  f.message = "The gyro bias is " + number(f.value) + " rad/s" +
-              (still ? ", its mean while the camera does not turn" : "");
-  advise(&f,
-         "No MEMS gyro has a bias this large. A gyro in deg/s looks like this (multiply by "
-         "0.0174533); otherwise calibrate it at rest.");
+  const double bias = still ? alignment.gyro_mean.norm() : alignment.gyro_bias.norm();
+  add(findings, atMost("gyro_bias", bias, options.gyro_still, "rad/s"),
+      "The gyro bias is " + number(bias) + " rad/s" +
+          (still ? ", its mean while the camera does not turn" : ""),
+      "No MEMS gyro has a bias this large. A gyro in deg/s looks like this (multiply by "
+      "0.0174533); otherwise calibrate it at rest.");
 }
 
 }  // namespace
@@ -181,32 +180,31 @@ void checkImuValues(const DoctorData& data, const RotationAlignment& alignment,
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
                      const DoctorOptions& options, Findings* findings) {
   if (data.imu.empty()) return;
+  const auto check = [&](const char* name, const char* what, double scatter, double least,
+                         const char* unit) {
+    const std::string window = number(options.window_s) + " s";
+    if (!std::isfinite(scatter)) {
+      add(findings, {name, Severity::kNotChecked, scatter, least, kNotComputed, unit},
+          "The recording is shorter than the window of " + window);
+      return;
+    }
+    const Severity severity = scatter >= least ? Severity::kOk : Severity::kNote;
+    add(findings, {name, severity, scatter, least, kNotComputed, unit},
+        text("The ", what, " scatters by ", number(scatter), ' ', unit, " over ", window,
+             " (median)"));
+  };
   const double accel =
       accelFactor(data.imu) * scatterOverWindows(data.imu, &ImuSample::accel, options.window_s);
-  const bool accelerates = accel >= options.min_acceleration;
-  Finding& a =
-      add(findings, "acceleration", accelerates ? Severity::kOk : Severity::kNote, accel, "m/s^2");
-  a.min = options.min_acceleration;
-  a.message = "The specific force scatters by " + number(accel) + " m/s^2 over " +
-              number(options.window_s) + " s (median)";
-  if (!std::isfinite(accel)) {
-    a.severity = Severity::kNotChecked;
-    a.message = "The recording is shorter than the window of " + number(options.window_s) + " s";
-  }
   const double turn =
       scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
       (std::isfinite(alignment.gyro_scale) && alignment.gyro_scale > 10.0 ? alignment.gyro_scale
                                                                           : 1.0);
-  const bool turns = turn >= rotation_alignment::kMinRate;
-  Finding& r =
-      add(findings, "turning", turns ? Severity::kOk : Severity::kNote, kDegPerRad * turn, "deg/s");
-  r.min = kDegPerRad * rotation_alignment::kMinRate;
-  r.message = "The angular rate scatters by " + number(kDegPerRad * turn) + " deg/s over " +
-              number(options.window_s) + " s (median)";
-  if (!std::isfinite(turn)) {
-    r.severity = Severity::kNotChecked;
-    r.message = "The recording is shorter than the window of " + number(options.window_s) + " s";
-  }
+  const std::size_t place = findings->size();
+  check("acceleration", "specific force", accel, options.min_acceleration, "m/s^2");
+  check("turning", "angular rate", kDegPerRad * turn, kDegPerRad * rotation_alignment::kMinRate,
+        "deg/s");
+  Finding& a = (*findings)[place];
+  const bool accelerates = accel >= options.min_acceleration;
 
   constexpr double kStandingPxPerS = 3.0;  // flow below which the rig stands still [px/s]
   if (accelerates || !(alignment.flow_px_per_s < kStandingPxPerS)) {

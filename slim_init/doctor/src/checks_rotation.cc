@@ -7,6 +7,7 @@
 #include "checks.h"
 #include "reference_so3.h"
 #include "slim_init/host_health/calibration_lines.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -17,14 +18,18 @@ const char kHowToTurn[] =
 
 /// The checks that need both rotations to agree, where they do not.
 void noneChecked(Findings* findings) {
-  const auto notChecked = [findings](const char* check, const char* unit, const char* what) {
-    add(findings, check, Severity::kNotChecked, kNotComputed, unit).message =
-        std::string(what) + " not checked: see rotation_agreement";
-  };
-  notChecked("gyro_scale", "", "Scale of the gyro");
-  notChecked("time_offset", "ms", "Time offset");
-  notChecked("extrinsic_rotation", "deg", "Extrinsic rotation");
-  notChecked("extrinsic_translation", "mm", "Extrinsic translation");
+  const char kWhy[] = " not checked: see rotation_agreement";
+  add(findings, notChecked("gyro_scale", ""), text("Scale of the gyro", kWhy));
+  add(findings, notChecked("time_offset", "ms"), text("Time offset", kWhy));
+  add(findings, notChecked("extrinsic_rotation", "deg"), text("Extrinsic rotation", kWhy));
+  add(findings, notChecked("extrinsic_translation", "mm"), text("Extrinsic translation", kWhy));
+}
+
+/// A value that is right as far as one can tell from it: it is too uncertain.
+void setUncertain(Finding* finding, const std::string& how, const std::string& advice) {
+  finding->severity = Severity::kNotChecked;
+  finding->message += ": too uncertain to check" + how;
+  finding->advice = advice;
 }
 
 /// "z" or "-0.71, 0.00, 0.71"
@@ -33,8 +38,8 @@ std::string axisText(const Eigen::Vector3d& axis) {
   for (int k = 0; k < 3; ++k) {
     if (std::abs(axis(k)) > 0.99) return std::string("axis ") + names[k];
   }
-  return "axis (" + number(axis.x(), 2) + ", " + number(axis.y(), 2) + ", " + number(axis.z(), 2) +
-         ")";
+  return text("axis (", number(axis.x(), 2), ", ", number(axis.y(), 2), ", ", number(axis.z(), 2),
+              ')');
 }
 
 /// The calibration as measured, floors included.
@@ -63,30 +68,21 @@ MeasuredCalibration measuredBy(const RotationAlignment& a, const WindowEstimates
 }
 
 void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
-  const double off = std::abs(a.gyro_scale - 1.0);
+  const double off = std::abs(a.gyro_scale - 1.0), may_be = options.gyro_scale.warn;
   const bool known = off > options.significance * a.gyro_scale_sigma;
   Finding& f =
-      add(findings, "gyro_scale", known ? severityAbove(off, options.gyro_scale) : Severity::kOk,
-          a.gyro_scale, "");
-  f.min = 1.0 - options.gyro_scale.warn;
-  f.max = 1.0 + options.gyro_scale.warn;
-  f.message = "The gyro measures " + number(a.gyro_scale, 4) + " times (+- " +
-              number(a.gyro_scale_sigma, 2) + ") the rate of the camera";
+      add(findings,
+          {"gyro_scale", known ? severityAbove(off, options.gyro_scale) : Severity::kOk,
+           a.gyro_scale, 1.0 - may_be, 1.0 + may_be, ""},
+          text("The gyro measures ", number(a.gyro_scale, 4), " times (+- ",
+               number(a.gyro_scale_sigma, 2), ") the rate of the camera"),
+          "Check the focal length (an incorrect one scales the rotation of the camera), the image "
+          "size at which it was calibrated, and the unit and range of the gyro.");
   if (f.severity == Severity::kOk) {
-    if (a.gyro_scale_sigma > 0.5 * options.gyro_scale.warn) {
-      f.severity = Severity::kNotChecked;
-      f.message += ": too uncertain to check";
-      f.advice = kHowToTurn;
-    }
-    return;
-  }
-  if (a.gyro_scale > 0.8 * kDegPerRad && a.gyro_scale < 1.25 * kDegPerRad) {
+    if (a.gyro_scale_sigma > 0.5 * may_be) setUncertain(&f, "", kHowToTurn);
+  } else if (a.gyro_scale > 0.8 * kDegPerRad && a.gyro_scale < 1.25 * kDegPerRad) {
     f.message += ": it is in deg/s";
     f.advice = "Multiply angular_velocity by 0.0174533 in the driver or its settings.";
-  } else {
-    f.advice =
-        "Check the focal length (an incorrect one scales the rotation of the camera), the "
-        "image size at which it was calibrated, and the unit and range of the gyro.";
   }
 }
 
@@ -99,28 +95,23 @@ const char* consequence(Severity severity) {
 /// True where the file has to be changed.
 bool checkTimeOffset(const DoctorData& data, const MeasuredCalibration& a,
                      const DoctorOptions& options, Findings* findings) {
-  const double difference = a.td - data.calibration.td;
-  const bool known = std::abs(difference) > options.significance * a.td_sigma;
-  Finding& f =
-      add(findings, "time_offset",
-          known ? severityAbove(std::abs(difference), options.time_offset_s) : Severity::kOk,
-          1e3 * a.td, "ms");
-  f.min = 1e3 * (data.calibration.td - options.time_offset_s.warn);
-  f.max = 1e3 * (data.calibration.td + options.time_offset_s.warn);
-  f.message = "The measured time offset td is " + number(1e3 * a.td) + " ms (+- " +
-              number(1e3 * a.td_sigma, 2) + "), the configured one " +
-              number(1e3 * data.calibration.td) + " ms";
+  const double configured = data.calibration.td, may_be = options.time_offset_s.warn;
+  const double off = std::abs(a.td - configured);
+  const bool known = off > options.significance * a.td_sigma;
+  Finding& f = add(
+      findings,
+      {"time_offset", known ? severityAbove(off, options.time_offset_s) : Severity::kOk, 1e3 * a.td,
+       1e3 * (configured - may_be), 1e3 * (configured + may_be), "ms"},
+      text("The measured time offset td is ", number(1e3 * a.td), " ms (+- ",
+           number(1e3 * a.td_sigma, 2), "), the configured one ", number(1e3 * configured), " ms"),
+      text("Set td: ", number(a.td),
+           " (t_imu = t_image + td), or correct the stamps in the driver of camera or IMU."));
   if (f.severity != Severity::kOk) {
     f.message += consequence(f.severity);
-    f.advice = "Set td: " + number(a.td) +
-               " (t_imu = t_image + td), or correct the stamps in the "
-               "driver of camera or IMU.";
     return true;
   }
-  if (a.td_sigma > 0.5 * options.time_offset_s.warn) {
-    f.severity = Severity::kNotChecked;
-    f.message += ": too uncertain to check";
-    f.advice = "Record 20 s in which the rig is turned back and forth quickly by hand.";
+  if (a.td_sigma > 0.5 * may_be) {
+    setUncertain(&f, "", "Record 20 s in which the rig is turned back and forth quickly by hand.");
   }
   return false;
 }
@@ -163,78 +154,74 @@ bool checkExtrinsic(const DoctorData& data, const MeasuredCalibration& a,
                     const DoctorOptions& options, Findings* findings) {
   const ExtrinsicDifference d = extrinsicDifference(data.calibration.R_b_c, a);
   const double angle = kDegPerRad * d.difference.norm();
+  const std::string sigma = number(kDegPerRad * d.sigma, 2);
   if (data.calibration.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
     const bool found = d.open == 0;
-    Finding& f = add(findings, "extrinsic_rotation",
-                     found ? Severity::kNote : Severity::kNotChecked, kNotComputed, "deg");
-    f.message = "The camera-to-IMU rotation is not configured; the recording determines it to " +
-                number(kDegPerRad * d.sigma, 2) + " deg";
-    if (!found) f.advice = kHowToTurn;
+    Finding f = notChecked("extrinsic_rotation", "deg");
+    if (found) f.severity = Severity::kNote;
+    add(findings, f,
+        text("The camera-to-IMU rotation is not configured; the recording determines it to ", sigma,
+             " deg"),
+        found ? "" : kHowToTurn);
     return found;
   }
   const bool known = d.open < 2 && d.sigmas > options.significance;
-  Finding& f =
-      add(findings, "extrinsic_rotation",
-          known ? severityAbove(angle, options.extrinsic_deg) : Severity::kOk, angle, "deg");
-  f.max = options.extrinsic_deg.warn;
-  f.message = "The camera-to-IMU rotation differs by " + number(angle) + " deg ";
-  if (d.open == 0) f.message += "(+- " + number(kDegPerRad * d.sigma, 2) + ") ";
-  if (d.open > 0) f.message += "or more ";
-  f.message += "from the configured one";
-  if (d.open > 0) f.message += ": the rig turns about one axis only";
-  if (f.severity == Severity::kOk) {
-    if (kDegPerRad * d.sigma > 0.5 * options.extrinsic_deg.warn) {
-      f.severity = Severity::kNotChecked;
-      f.message += ": too uncertain to check to " + number(options.extrinsic_deg.warn) + " deg";
-      f.advice = kHowToTurn;
-    }
-    return false;
+  Finding f = atMost("extrinsic_rotation", angle, options.extrinsic_deg, "deg");
+  if (!known) f.severity = Severity::kOk;
+  f.message = text("The camera-to-IMU rotation differs by ", number(angle), " deg ",
+                   d.open == 0 ? "(+- " + sigma + ") " : "or more ", "from the configured one",
+                   d.open > 0 ? ": the rig turns about one axis only" : "");
+  const bool off = f.severity != Severity::kOk;
+  if (off) {
+    f.message +=
+        text(", about the camera's ", axisText(d.difference.normalized()), consequence(f.severity));
+    f.advice = text(
+        "extrinsicRotation is camera to IMU (p_imu = R p_cam); the measured one is "
+        "below. ",
+        f.severity == Severity::kError
+            ? "Look for the transposed matrix or other axes of IMU or camera."
+            : "A calibration of the other camera of a stereo pair looks like this; "
+              "check that intrinsics and extrinsic are those of this camera.");
+  } else if (kDegPerRad * d.sigma > 0.5 * options.extrinsic_deg.warn) {
+    setUncertain(&f, " to " + number(options.extrinsic_deg.warn) + " deg", kHowToTurn);
   }
-  f.message += ", about the camera's " + axisText(d.difference.normalized());
-  f.message += consequence(f.severity);
-  f.advice = "extrinsicRotation is camera to IMU (p_imu = R p_cam); the measured one is below. ";
-  f.advice += f.severity == Severity::kError
-                  ? "Look for the transposed matrix or other axes of IMU or camera."
-                  : "A calibration of the other camera of a stereo pair looks like this; check "
-                    "that intrinsics and extrinsic are those of this camera.";
-  return true;
+  findings->push_back(f);
+  return off;
 }
 
 /// True where the file has to be changed. Only `slim` measures it.
 bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
                       const DoctorOptions& options, Findings* findings) {
   constexpr double kMmPerM = 1e3;
-  Finding& f = add(findings, "extrinsic_translation", Severity::kNotChecked, kNotComputed, "mm");
+  Finding f = notChecked("extrinsic_translation", "mm");
   f.max = kMmPerM * options.max_translation_m;
   if (!a.all) {
-    f.message = "Extrinsic translation not checked: too few windows that slim can solve";
-    f.advice = kHowToTurn;
+    add(findings, f, "Extrinsic translation not checked: too few windows that slim can solve",
+        kHowToTurn);
     return false;
   }
   // What the accelerometer has wrong, the lever arm makes up for.
   if (std::any_of(findings->begin(), findings->end(), [](const Finding& other) {
         return other.check == "gravity" && other.severity >= Severity::kWarning;
       })) {
-    f.message = "Extrinsic translation not checked: the measured gravity is incorrect";
-    f.advice = "Correct the accelerometer first.";
+    add(findings, f, "Extrinsic translation not checked: the measured gravity is incorrect",
+        "Correct the accelerometer first.");
     return false;
   }
   const double off = (a.all->t_b_c - data.calibration.t_b_c).norm();
   const double sigma = std::sqrt(a.all->covariance.diagonal().segment<3>(3).maxCoeff());
   const bool is_off = off > options.max_translation_m && off > options.significance * sigma;
   f.value = kMmPerM * off;
-  f.message = "The camera-to-IMU translation differs by " + number(kMmPerM * off) + " mm (+- " +
-              number(kMmPerM * sigma, 2) + ") from the configured one";
+  f.severity = is_off ? Severity::kWarning : Severity::kOk;
+  f.message = text("The camera-to-IMU translation differs by ", number(kMmPerM * off), " mm (+- ",
+                   number(kMmPerM * sigma, 2), ") from the configured one");
   if (is_off) {
-    f.severity = Severity::kWarning;
     f.message += consequence(f.severity);
     f.advice = "Measure the camera's centre in the frame of the IMU; the measured one is below.";
-  } else if (sigma < 0.5 * options.max_translation_m) {
-    f.severity = Severity::kOk;
-  } else {
-    f.message += ": too uncertain to check";
-    f.advice = kHowToTurn;
+  } else if (!(sigma < 0.5 * options.max_translation_m)) {
+    setUncertain(&f, "", kHowToTurn);
   }
+  findings->push_back(f);
   return is_off;
 }
 
@@ -259,38 +246,32 @@ std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool 
 
 void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
   if (a.pairs < rotation_alignment::kMinPairs) return;
-  Finding& f = add(findings, "epipolar", severityAbove(a.residual_px, options.epipolar_px),
-                   a.residual_px, "px");
-  f.max = options.epipolar_px.warn;
-  f.message = "Tracked points scatter by " + number(a.residual_px, 2) +
-              " px about their epipolar lines (median)";
-  advise(&f, "Possible causes: incorrect intrinsics, a rolling shutter, a moving scene.");
+  add(findings, atMost("epipolar", a.residual_px, options.epipolar_px, "px"),
+      text("Tracked points scatter by ", number(a.residual_px, 2),
+           " px about their epipolar lines (median)"),
+      "Possible causes: incorrect intrinsics, a rolling shutter, a moving scene.");
 }
 
-/// Fills `f` where the data do not suffice to compare camera and gyro; false where they do.
-bool isNotComparable(const RotationAlignment& a, Finding* f) {
-  if (a.status == AlignmentStatus::kTooFewPairs) {
-    f->message = "Rotation of camera against gyro not checked: only " + std::to_string(a.pairs) +
-                 " pairs of images have " + std::to_string(rotation_alignment::kMinPoints) +
-                 " points in common and IMU data";
-    return true;
-  }
-  if (a.status == AlignmentStatus::kTooLittleTurn) {
-    f->message = "Rotation of camera against gyro not checked: the camera turns at " +
-                 number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms, minimum " +
-                 number(kDegPerRad * rotation_alignment::kMinRate, 2) + ")";
-    f->advice = kHowToTurn;
-    return true;
-  }
-  return false;
-}
-
-/// Fills `f`; true where camera and gyro measure the same motion.
+/// Fills `f`; true where the data suffice to compare camera and gyro, and both measure the same
+/// motion.
 bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Finding* f) {
+  using namespace rotation_alignment;  // NOLINT: the bounds of the comparison
+  if (a.status == AlignmentStatus::kTooFewPairs) {
+    f->message = text("Rotation of camera against gyro not checked: only ", a.pairs,
+                      " pairs of images have ", kMinPoints, " points in common and IMU data");
+    return false;
+  }
+  const std::string camera_rate = number(kDegPerRad * a.camera_rate, 2);
+  if (a.status == AlignmentStatus::kTooLittleTurn) {
+    f->message = text("Rotation of camera against gyro not checked: the camera turns at ",
+                      camera_rate, " deg/s (rms, minimum ", number(kDegPerRad * kMinRate, 2), ')');
+    f->advice = kHowToTurn;
+    return false;
+  }
   f->value = a.correlation;
   f->severity = Severity::kOk;
-  f->message = "The correlation of camera and gyro rates is " + number(a.correlation) + " over " +
-               std::to_string(a.pairs) + " image pairs";
+  f->message = text("The correlation of camera and gyro rates is ", number(a.correlation), " over ",
+                    a.pairs, " image pairs");
   if (a.mirrored_correlation >= options.min_correlation &&
       a.mirrored_correlation > a.correlation + options.mirrored_margin) {
     f->severity = Severity::kError;
@@ -303,15 +284,14 @@ bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Fi
   if (a.correlation >= options.min_correlation) return true;
   // A slow rotation is lost in the noise of the tracks; a fast one of either sensor is not.
   constexpr double kFast = 3.0;  // times the least rate
-  const bool fast = std::max(a.camera_rate, a.gyro_rate) > kFast * rotation_alignment::kMinRate;
+  const bool fast = std::max(a.camera_rate, a.gyro_rate) > kFast * kMinRate;
   f->severity = fast ? Severity::kError : Severity::kNotChecked;
-  f->message += ": they do not turn together (" + number(kDegPerRad * a.camera_rate, 2) +
-                " deg/s against " + number(kDegPerRad * a.gyro_rate, 2) + ")";
-  f->advice =
+  f->message += text(": they do not turn together (", camera_rate, " deg/s against ",
+                     number(kDegPerRad * a.gyro_rate, 2), ')');
+  f->advice = text(
       "Check that camera and IMU are on one rigid body and from one recording, that their clocks "
-      "agree within " +
-      number(rotation_alignment::kMaxOffset) +
-      " s, and that neither the image nor the gyro is frozen.";
+      "agree within ",
+      number(kMaxOffset), " s, and that neither the image nor the gyro is frozen.");
   return false;
 }
 
@@ -321,9 +301,11 @@ std::string checkRotation(const DoctorData& data, const RotationAlignment& a,
                           const WindowEstimates& answers, const DoctorOptions& options,
                           Findings* findings) {
   checkEpipolar(a, options, findings);
-  Finding& f = add(findings, "rotation_agreement", Severity::kNotChecked, kNotComputed, "");
+  Finding f = notChecked("rotation_agreement", "");
   f.min = options.min_correlation;
-  if (isNotComparable(a, &f) || !rotationsAgree(a, options, &f)) {
+  const bool agree = rotationsAgree(a, options, &f);
+  findings->push_back(f);
+  if (!agree) {
     noneChecked(findings);
     return "";
   }

@@ -47,7 +47,7 @@ double edgeSigma(const cv::Mat& image) {
   const auto nth =
       static_cast<std::ptrdiff_t>((1.0 - kSteepest) * static_cast<double>(slopes.size()));
   std::nth_element(slopes.begin(), slopes.begin() + nth, slopes.end());
-  const float steep = std::max(slopes[static_cast<std::size_t>(nth)], 1.0f);
+  const float steep = std::max(slopes[nth], 1.0f);
 
   std::vector<double> sigmas;
   for (int y = 0; y < image.rows; ++y) {

@@ -1,16 +1,16 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/doctor/rotation_alignment.h"
-
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <unordered_map>
 
 #include "geometry/robust_weight.h"
 #include "reference_so3.h"
 #include "rotation/free_rotations.h"
+#include "slim_init/doctor/doctor.h"
 #include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
@@ -33,16 +33,20 @@ constexpr double kRateSigma = 0.02;
 // what they determine.
 constexpr double kTieBreak = 1e-3;
 
+/// Two images, and how the camera turned from one to the other.
 struct Pair {
-  double t_i = 0.0, t_j = 0.0;
-  RelativeRotation seen;
-  double dt() const { return t_j - t_i; }
-  Vector3d rate() const { return reference::logSo3(seen.R_ci_cj) / dt(); }
-  /// Standard deviation of a component of rate().
-  double rateSigma() const {
+  Pair(double begin, double end, const RelativeRotation& seen)
+      : t_i(begin), t_j(end), dt(end - begin), residual(seen.residual), flow(seen.flow) {
+    rate = reference::logSo3(seen.R_ci_cj) / dt;
     const Matrix3d covariance = (seen.information + 1e-6 * Matrix3d::Identity()).inverse();
-    return std::sqrt(covariance.trace() / 3.0) / dt();
+    sigma = std::sqrt(covariance.trace() / 3.0) / dt;
+    weight = 1.0 / (sigma * sigma + kRateSigma * kRateSigma);
   }
+  double t_i, t_j, dt;
+  double residual, flow;  // as RelativeRotation
+  Vector3d rate;
+  double sigma;   // of a component of `rate`
+  double weight;  // without a robust one
 };
 
 /// The gyro as a function of time.
@@ -120,11 +124,9 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
       if (common.count() >= kMinPoints) break;
     }
     if (j == i || frames[j].t - frames[i].t > kMaxFrameGap) continue;
-    Pair pair;
-    pair.t_i = frames[i].t;
-    pair.t_j = frames[j].t;
-    if (!relativeRotation(common, sigma, &pair.seen)) continue;
-    pairs.push_back(pair);
+    RelativeRotation seen;
+    if (!relativeRotation(common, sigma, &seen)) continue;
+    pairs.emplace_back(frames[i].t, frames[j].t, seen);
     next_start = frames[i].t + kPairSpacing;
   }
   return pairs;
@@ -226,11 +228,9 @@ class Aligner {
 
   std::vector<Pair> covered(double offset) const {
     std::vector<Pair> result;
-    for (const Pair& pair : pairs_) {
-      if (gyro_.covers(pair.t_i + calibration_.td - offset, pair.t_j + calibration_.td + offset)) {
-        result.push_back(pair);
-      }
-    }
+    std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(result), [&](const Pair& pair) {
+      return gyro_.covers(pair.t_i + calibration_.td - offset, pair.t_j + calibration_.td + offset);
+    });
     return result;
   }
 
@@ -240,12 +240,10 @@ class Aligner {
     Vector3d gyro_sum = Vector3d::Zero();
     double gyro2 = 0.0;
     for (const Pair& pair : pairs_) {
-      residuals.push_back(pair.seen.residual * calibration_.focal_px);
-      flows.push_back(pair.seen.flow * calibration_.focal_px / pair.dt());
-      const double sigma = pair.rateSigma();
-      const double w = 1.0 / (sigma * sigma + kRateSigma * kRateSigma);
-      sum += w;
-      camera2 += w * (pair.rate().squaredNorm() - 3.0 * sigma * sigma);
+      residuals.push_back(pair.residual * calibration_.focal_px);
+      flows.push_back(pair.flow * calibration_.focal_px / pair.dt);
+      sum += pair.weight;
+      camera2 += pair.weight * (pair.rate.squaredNorm() - 3.0 * pair.sigma * pair.sigma);
       const Vector3d g = gyro_.meanRate(pair.t_i + calibration_.td, pair.t_j + calibration_.td);
       gyro_sum += g;
       gyro2 += g.squaredNorm();
@@ -262,8 +260,8 @@ class Aligner {
     Rates rates;
     rates.weights = weights;
     for (const Pair& pair : pairs_) {
-      rates.camera.push_back(pair.rate());
-      rates.noise2.push_back(3.0 * pair.rateSigma() * pair.rateSigma());
+      rates.camera.push_back(pair.rate);
+      rates.noise2.push_back(3.0 * pair.sigma * pair.sigma);
       rates.gyro.push_back(gyro_.meanRate(pair.t_i + td, pair.t_j + td));
     }
     rates.center();
@@ -272,12 +270,8 @@ class Aligner {
 
   /// The offset and rotation of the best correlation.
   void search() {
-    std::vector<double> quality;
-    for (const Pair& pair : pairs_) {
-      const double sigma = pair.rateSigma();
-      quality.push_back(1.0 / (sigma * sigma + kRateSigma * kRateSigma));
-    }
-    std::vector<double> weights = quality;
+    std::vector<double> weights;
+    for (const Pair& pair : pairs_) weights.push_back(pair.weight);
     Procrustes best;
     double td = calibration_.td;
     for (int round = 0; round < kSearchRounds; ++round) {
@@ -296,7 +290,7 @@ class Aligner {
       }
       // Top of the parabola through the best and its neighbours.
       if (at > 0 && at < 2 * steps) {
-        const auto c = [&](int k) { return correlations[static_cast<std::size_t>(at + k)]; };
+        const auto c = [&](int k) { return correlations[at + k]; };
         const double curvature = c(-1) - 2.0 * c(0) + c(1);
         if (curvature < 0.0) td += 0.5 * kOffsetStep * (c(-1) - c(1)) / curvature;
       }
@@ -309,7 +303,7 @@ class Aligner {
       }
       const double spread = std::max(median(distances), kLeastSpread);
       for (std::size_t k = 0; k < pairs_.size(); ++k) {
-        weights[k] = quality[k] * gemanMcClure(std::pow(distances[k] / spread, 2));
+        weights[k] = pairs_[k].weight * gemanMcClure(std::pow(distances[k] / spread, 2));
       }
     }
     result_.correlation = best.correlation;
@@ -317,12 +311,12 @@ class Aligner {
     result_.td = td;
     result_.R_b_c = best.R_b_c;
     result_.gyro_scale = std::max(best.scale, kLeastScale);
-    describeAlignment(weights, quality);
+    describeAlignment(weights);
   }
 
   /// Bias and standard deviations of the alignment, each quantity for itself, from the scatter of
-  /// the pairs about it. `quality`: weights without the robust ones.
-  void describeAlignment(const std::vector<double>& weights, const std::vector<double>& quality) {
+  /// the pairs about it.
+  void describeAlignment(const std::vector<double>& weights) {
     const Rates rates = ratesAt(result_.td, weights);
     Vector3d difference = Vector3d::Zero();
     Matrix3d of_rotation = Matrix3d::Zero();
@@ -332,13 +326,12 @@ class Aligner {
       const double t_i = pair.t_i + result_.td, t_j = pair.t_j + result_.td, w = weights[k];
       const Vector3d& c = rates.camera[k];
       sum += w;
-      count += w / quality[k];
+      count += w / pair.weight;
       // The bias is what the means differ by.
-      difference +=
-          w * (gyro_.meanRate(t_i, t_j) / result_.gyro_scale - result_.R_b_c * pair.rate());
+      difference += w * (gyro_.meanRate(t_i, t_j) / result_.gyro_scale - result_.R_b_c * pair.rate);
       of_rotation += w * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose());
       of_scale += w * c.squaredNorm();
-      const Vector3d change = (gyro_.rate(t_j) - gyro_.rate(t_i)) / pair.dt() / result_.gyro_scale;
+      const Vector3d change = (gyro_.rate(t_j) - gyro_.rate(t_i)) / pair.dt / result_.gyro_scale;
       of_td += w * change.squaredNorm();
       chi2 += w * (rates.gyro[k] / result_.gyro_scale - result_.R_b_c * c).squaredNorm();
     }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <sstream>
 
 #include "reference_so3.h"
 #include "slim_init/evaluation/statistics.h"
@@ -126,15 +125,13 @@ std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double inter
 /// A true calibration with a readout time, and one left of it: else there is nothing to be wrong.
 std::string checkRows(const RigErrors& errors, const Calibration& truth) {
   if (errors.readout_s == 0.0) return "";
-  std::ostringstream out;
   if (!(truth.readout_s > 0.0)) {
-    out << "the camera has a global shutter (a readout time of 0 s), so that its readout time "
+    return "the camera has a global shutter (a readout time of 0 s), so that its readout time "
            "cannot be incorrect";
-  } else if (truth.readout_s + errors.readout_s < 0.0) {
-    out << "readout_s is " << errors.readout_s << ", must be at least " << -truth.readout_s
-        << ", the camera's own readout time with its sign turned";
   }
-  return out.str();
+  if (truth.readout_s + errors.readout_s >= 0.0) return "";
+  return text("readout_s is ", errors.readout_s, ", must be at least ", -truth.readout_s,
+              ", the camera's own readout time with its sign turned");
 }
 
 }  // namespace

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "slim_init/keyframe_window.h"
 #include "slim_init/row_times.h"
+#include "slim_init/text.h"
 
 namespace slim_init::node {
 namespace {
@@ -20,13 +20,13 @@ constexpr std::size_t kMostPending = 50;
 }  // namespace
 
 std::string InitSessionOptions::validate() const {
-  std::ostringstream out;
   if (!(attempt_interval_s >= 0.0 && attempt_interval_s <= 60.0)) {
-    out << "attempt_interval_s is " << attempt_interval_s << ", must be in [0, 60]";
-  } else if (image_height < 0 || image_height > kMaxImageHeight) {
-    out << "image_height is " << image_height << ", must be in [0, " << kMaxImageHeight << "]";
+    return text("attempt_interval_s is ", attempt_interval_s, ", must be in [0, 60]");
   }
-  return out.str();
+  if (image_height < 0 || image_height > kMaxImageHeight) {
+    return text("image_height is ", image_height, ", must be in [0, ", kMaxImageHeight, "]");
+  }
+  return "";
 }
 
 InitSession::InitSession(std::unique_ptr<IInitializer> initializer,

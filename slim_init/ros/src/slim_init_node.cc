@@ -17,7 +17,6 @@
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/node_parameters.h"
-#include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_ros/speed_topic.h"

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "random.h"
@@ -220,10 +219,9 @@ std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, doubl
   const auto* builtin = std::find_if(std::begin(kBuiltins), std::end(kBuiltins),
                                      [&](const Builtin& b) { return name == b.name; });
   if (builtin == std::end(kBuiltins)) {
-    std::ostringstream out;
-    out << "unknown trajectory '" << name << "', must be one of";
-    for (const std::string& known : builtinTrajectoryNames()) out << ' ' << known;
-    if (error != nullptr) *error = out.str();
+    std::string names;
+    for (const std::string& known : builtinTrajectoryNames()) names += ' ' + known;
+    if (error != nullptr) *error = "unknown trajectory '" + name + "', must be one of" + names;
     return nullptr;
   }
   // Camera (z forward, x right, y down) in the heading frame (x forward, y left, z up).

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "reference_so3.h"
@@ -184,31 +183,31 @@ class SampledTrajectory : public Trajectory {
 
 std::unique_ptr<Trajectory> makeTrajectory(std::vector<NavState> samples, PositionCurve curve,
                                            std::string* error) {
-  std::ostringstream problem;
+  std::string problem;
   if (samples.size() < kNodes) {
-    problem << "number of samples is " << samples.size() << ", must be at least " << kNodes;
+    problem = text("number of samples is ", samples.size(), ", must be at least ", kNodes);
   }
   constexpr double kMaxNotRotation = 1e-3;  // recorded quaternions carry 6 digits or more
-  for (std::size_t i = 0; i < samples.size() && problem.tellp() == 0; ++i) {
+  for (std::size_t i = 0; i < samples.size() && problem.empty(); ++i) {
     NavState& s = samples[i];
     if (!std::isfinite(s.t) || !s.p_w_b.allFinite() || !s.R_w_b.allFinite()) {
-      problem << "sample " << i << " has a time or pose that is not finite";
+      problem = text("sample ", i, " has a time or pose that is not finite");
     } else if (i > 0 && !(s.t > samples[i - 1].t)) {
-      problem.precision(17);
-      problem << "time of sample " << i << " is " << s.t << ", must be after " << samples[i - 1].t;
+      problem =
+          roundedText(17, "time of sample ", i, " is ", s.t, ", must be after ", samples[i - 1].t);
     } else {
       const double not_rotation =
           (s.R_w_b.transpose() * s.R_w_b - Eigen::Matrix3d::Identity()).norm() +
           std::abs(s.R_w_b.determinant() - 1.0);
       if (not_rotation > kMaxNotRotation) {
-        problem << "distance of R_w_b from a rotation is " << not_rotation << " in sample " << i
-                << ", must be at most " << kMaxNotRotation;
+        problem = text("distance of R_w_b from a rotation is ", not_rotation, " in sample ", i,
+                       ", must be at most ", kMaxNotRotation);
       }
       s.R_w_b = Eigen::Quaterniond(s.R_w_b).normalized().toRotationMatrix();
     }
   }
-  if (problem.tellp() != 0) {
-    if (error != nullptr) *error = problem.str();
+  if (!problem.empty()) {
+    if (error != nullptr) *error = problem;
     return nullptr;
   }
   return std::make_unique<SampledTrajectory>(std::move(samples), curve);

@@ -76,7 +76,7 @@ void addGirders(SceneBuilder* b, const Box& hull) {
       const double u = wall.low + (i + 0.5) * wall.width() / count;
       const auto part = [&](double u0, double u1, double back, double front) {
         const Box p = b->wallBox(wall, u0, u1, b->floor(), b->ceiling(), back, front);
-        if (b->clearOfPath(p, kWallClearance)) b->box("girder", p.min, p.max, steel);
+        if (b->clearOfPath(p, kWallClearance)) b->box("girder", p, steel);
       };
       part(u - 0.15, u + 0.15, -kEmbed, 0.03);
       part(u - 0.02, u + 0.02, 0.03, 0.27);
@@ -99,11 +99,11 @@ void addPipes(SceneBuilder* b) {
       const int look = b->look(plain(random.uniform(0.2, 0.75)));
       const Box pipe = b->wallBox(wall, wall.low, wall.high, z - r, z + r, 0.34, 0.34 + 2.0 * r);
       if (!b->clearOfPath(pipe, kWallClearance)) continue;
-      b->cylinder("pipe", pipe.min, pipe.max, wall.across(), look);
+      b->cylinder("pipe", pipe, wall.across(), look);
       const int clamp = b->look(plain(0.15));
       for (double u = wall.low + 1.0; u < wall.high - 1.0; u += 2.0) {
-        const Box c = b->wallBox(wall, u, u + 0.06, z - 1.3 * r, z + 1.3 * r, 0.0, 0.36 + 2.0 * r);
-        b->box("clamp", c.min, c.max, clamp);
+        b->box("clamp",
+               b->wallBox(wall, u, u + 0.06, z - 1.3 * r, z + 1.3 * r, 0.0, 0.36 + 2.0 * r), clamp);
       }
     }
   }
@@ -115,15 +115,13 @@ void addGallery(SceneBuilder* b, const Wall& wall, double height) {
   const Box slab = b->wallBox(wall, wall.low, wall.high, z - 0.12, z, 0.0, 1.2);
   const Box whole = b->wallBox(wall, wall.low, wall.high, z - 0.12, z + 1.1, 0.0, 1.2);
   if (!b->clearOfPath(whole, kFurnitureClearance)) return;
-  b->box("gallery", slab.min, slab.max, b->look({Pattern::kChecker, 0.4, 0.3, 0.05, 0.0, 0.0}));
+  b->box("gallery", slab, b->look({Pattern::kChecker, 0.4, 0.3, 0.05, 0.0, 0.0}));
   const int rail = b->look(plain(0.65));
   for (const double h : {0.5, 1.0}) {
-    const Box r = b->wallBox(wall, wall.low, wall.high, z + h, z + h + 0.04, 1.14, 1.18);
-    b->box("rail", r.min, r.max, rail);
+    b->box("rail", b->wallBox(wall, wall.low, wall.high, z + h, z + h + 0.04, 1.14, 1.18), rail);
   }
   for (double u = wall.low + 0.5; u < wall.high; u += 1.5) {
-    const Box p = b->wallBox(wall, u, u + 0.04, z, z + 1.0, 1.14, 1.18);
-    b->box("post", p.min, p.max, rail);
+    b->box("post", b->wallBox(wall, u, u + 0.04, z, z + 1.0, 1.14, 1.18), rail);
   }
 }
 
@@ -189,11 +187,10 @@ void addCorridorLamps(SceneBuilder* b, const Box& hull, int along) {
 void addHandrail(SceneBuilder* b, const Wall& wall, double u, double spacing) {
   const double z = b->floor();
   const int look = b->look(plain(0.3));
-  const Box rail = b->wallBox(wall, u + 1.1, u + spacing - 0.45, z + 0.9, z + 0.95, 0.05, 0.09);
-  b->box("handrail", rail.min, rail.max, look);
+  b->box("handrail", b->wallBox(wall, u + 1.1, u + spacing - 0.45, z + 0.9, z + 0.95, 0.05, 0.09),
+         look);
   for (const double v : {u + 1.3, u + spacing - 0.65}) {
-    const Box bracket = b->wallBox(wall, v, v + 0.04, z + 0.88, z + 0.92, -kEmbed, 0.07);
-    b->box("bracket", bracket.min, bracket.max, look);
+    b->box("bracket", b->wallBox(wall, v, v + 0.04, z + 0.88, z + 0.92, -kEmbed, 0.07), look);
   }
 }
 
@@ -230,7 +227,7 @@ void addExtinguisher(SceneBuilder* b, Wall* wall, double u) {
   const double z = b->floor();
   if (!b->take(wall, u, u + 0.2, z + 0.98, z + 1.5)) return;
   const Box tank = b->wallBox(*wall, u + 0.02, u + 0.16, z + 1.0, z + 1.4, 0.02, 0.16);
-  b->cylinder("extinguisher", tank.min, tank.max, 2, b->look(plain(0.22)));
+  b->cylinder("extinguisher", tank, 2, b->look(plain(0.22)));
   b->onWall("extinguisher sign", *wall, u + 0.01, u + 0.17, z + 1.55, z + 1.71, 0.006,
             b->look({Pattern::kStripes, 0.8, 0.2, 0.05, 45.0, 0.0}));
 }

@@ -93,9 +93,10 @@ class SceneBuilder {
     scene_->solids.push_back(solid);
   }
 
-  void cylinder(const std::string& name, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
-                int axis, int look) {
-    box(name, min, max, look);
+  void box(const std::string& name, const Box& b, int look) { box(name, b.min, b.max, look); }
+
+  void cylinder(const std::string& name, const Box& b, int axis, int look) {
+    box(name, b, look);
     scene_->solids.back().shape = Shape::kCylinder;
     scene_->solids.back().axis = axis;
   }
@@ -139,8 +140,7 @@ class SceneBuilder {
   /// A box on a wall that stands out by `depth` [m].
   void onWall(const std::string& name, const Wall& wall, double u0, double u1, double z0, double z1,
               double depth, int look) {
-    const Box b = wallBox(wall, u0, u1, z0, z1, -kEmbed, depth);
-    box(name, b.min, b.max, look);
+    box(name, wallBox(wall, u0, u1, z0, z1, -kEmbed, depth), look);
   }
 
   /// Reserves a part of a wall. False where it is not free.
@@ -156,6 +156,15 @@ class SceneBuilder {
     }
     wall->taken.push_back({{u0, z0, 0.0}, {u1, z1, 0.0}});
     return true;
+  }
+  /// The same for an object of width `w` and height `h` from `z` up [m] at a free place, whose left
+  /// end is `u`. False where none is found.
+  bool hanging(Wall* wall, double w, double h, double z, double* u) {
+    for (int attempt = 0; attempt < kMaxTries; ++attempt) {
+      *u = random.uniform(wall->low, wall->high - w);
+      if (take(wall, *u, *u + w, z, z + h)) return true;
+    }
+    return false;
   }
 
   /// Whether the box keeps its distance from the path [m].
@@ -203,8 +212,8 @@ class SceneBuilder {
   std::vector<Box> standing_;          // objects on the floor
 };
 
-// Objects on walls (scene_walls.cc). Those without a given place look for a free one at random and
-// are left out where there is none.
+// Objects on walls (scene_objects.cc). Those without a given place look for a free one at random
+// and are left out where there is none.
 void addPoster(SceneBuilder* b, Wall* wall);
 /// Door with its left post at `u`; 1 m wide, 2.1 m high.
 void addDoorAt(SceneBuilder* b, const Wall& wall, double u, double leaf_brightness, DoorSign sign);
@@ -214,7 +223,7 @@ void addWindow(SceneBuilder* b, Wall* wall, double w, double h, double sill);
 void addRadiator(SceneBuilder* b, Wall* wall);
 void addSkirting(SceneBuilder* b, double height, double brightness);
 
-// Objects on the floor (scene_furniture.cc), at random free places.
+// Objects on the floor, at random free places.
 void addCupboard(SceneBuilder* b);
 void addTable(SceneBuilder* b);
 /// One crate or two, one on the other; 0.4 m to 0.8 m times `scale`.

@@ -5,7 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "slim_init/text.h"
 
 namespace slim_init::host_health {
 namespace {
@@ -34,27 +35,16 @@ double largestSigma(const Eigen::Matrix3d& covariance) {
 
 // "KEY: !!opencv-matrix" with its rows.
 std::string matrixLines(const std::string& key, const Eigen::MatrixXd& values) {
-  std::ostringstream out;
-  out.precision(kDigits);
-  out << key << ": !!opencv-matrix\n   rows: " << values.rows() << "\n   cols: " << values.cols()
-      << "\n   dt: d\n   data: [";
-  for (Eigen::Index r = 0; r < values.rows(); ++r) {
-    if (r > 0) out << ",\n          ";
-    for (Eigen::Index c = 0; c < values.cols(); ++c) out << (c > 0 ? ", " : "") << values(r, c);
-  }
-  out << "]\n";
-  return out.str();
+  const Eigen::IOFormat rows(kDigits, Eigen::DontAlignCols, ", ", ",\n          ");
+  return text(key, ": !!opencv-matrix\n   rows: ", values.rows(), "\n   cols: ", values.cols(),
+              "\n   dt: d\n   data: [", values.format(rows), "]\n");
 }
 
 // "# WHAT OFF UNIT from the file's, standard deviation SIGMA UNIT" or, without a value there, less.
 std::string comment(const std::string& what, bool in_file, double off, double sigma,
                     const char* unit) {
-  std::ostringstream out;
-  out.precision(2);
-  out << "# " << what << ": ";
-  if (in_file) out << off << " " << unit << " from the file's, ";
-  out << "standard deviation " << sigma << " " << unit << "\n";
-  return out.str();
+  return text("# ", what, ": ", in_file ? roundedText(2, off, " ", unit, " from the file's, ") : "",
+              roundedText(2, "standard deviation ", sigma, " ", unit, "\n"));
 }
 
 }  // namespace
@@ -64,19 +54,18 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
   const auto contradicts = [](double off, double sigma, double matters) {
     return off > kContradiction * sigma && off > matters;
   };
-  std::ostringstream out;
-  out.precision(kDigits);
+  std::string lines;
 
   const double td_off = std::abs(found.td - old.td);
   if (contradicts(td_off, found.tdSigma(), kMatteringTd)) {
-    out << comment("time offset", true, 1e3 * td_off, 1e3 * found.tdSigma(), "ms")
-        << "td: " << found.td << "\n";
+    lines += comment("time offset", true, 1e3 * td_off, 1e3 * found.tdSigma(), "ms") +
+             roundedText(kDigits, "td: ", found.td, "\n");
   }
   const double readout_off = std::abs(found.readout_s - old.readout_s);
   if (contradicts(readout_off, found.readoutSigma(), kMatteringReadout)) {
-    out << comment("readout", true, 1e3 * readout_off, 1e3 * found.readoutSigma(), "ms")
-        << (old.readout_s > 0.0 ? "" : "rolling_shutter: 1\n")
-        << "rolling_shutter_tr: " << found.readout_s << "\n";
+    lines += comment("readout", true, 1e3 * readout_off, 1e3 * found.readoutSigma(), "ms") +
+             roundedText(kDigits, old.readout_s > 0.0 ? "" : "rolling_shutter: 1\n",
+                         "rolling_shutter_tr: ", found.readout_s, "\n");
   }
 
   const double angle = kDegPerRad * Eigen::AngleAxisd(old.R_b_c.transpose() * found.R_b_c).angle();
@@ -94,14 +83,13 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
     Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
     T.topLeftCorner<3, 3>() = found.R_b_c;
     T.topRightCorner<3, 1>() = found.t_b_c;
-    out << about_rotation << about_translation << matrixLines("body_T_cam0", T);
-  } else {
-    if (new_rotation) out << about_rotation << matrixLines("extrinsicRotation", found.R_b_c);
-    if (new_translation) {
-      out << about_translation << matrixLines("extrinsicTranslation", found.t_b_c);
-    }
+    return lines + about_rotation + about_translation + matrixLines("body_T_cam0", T);
   }
-  return out.str();
+  if (new_rotation) lines += about_rotation + matrixLines("extrinsicRotation", found.R_b_c);
+  if (new_translation) {
+    lines += about_translation + matrixLines("extrinsicTranslation", found.t_b_c);
+  }
+  return lines;
 }
 
 }  // namespace slim_init::host_health

@@ -11,8 +11,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <string>
+
+#include "slim_init/text.h"
 
 namespace slim_init::feature_tracker_lines {
 
@@ -45,25 +46,22 @@ inline std::string shownName(const std::string& name) {
 /// listed above and for sizes that contradict each other. May throw what OpenCV throws.
 template <typename Image>
 std::string decodeImage(const Image& message, cv::Mat* grey) {
-  std::ostringstream out;
   const auto* encoding =
       std::find_if(std::begin(kImageEncodings), std::end(kImageEncodings),
                    [&](const ImageEncoding& known) { return message.encoding == known.name; });
   if (encoding == std::end(kImageEncodings)) {
-    out << "has encoding " << shownName(message.encoding) << ", must be ";
+    std::string list;
     for (const ImageEncoding& known : kImageEncodings) {
-      out << (&known == std::begin(kImageEncodings) ? "" : ", ") << known.name;
+      list += (list.empty() ? "" : ", ") + std::string(known.name);
     }
-    return out.str();
+    return text("has encoding ", shownName(message.encoding), ", must be ", list);
   }
   const std::uint64_t row = std::uint64_t{message.width} * encoding->channels;
   const std::uint64_t needed = std::uint64_t{message.step} * message.height;
   if (message.width == 0 || message.height == 0 || message.step < row ||
       message.data.size() < needed) {
-    out << "claims to be " << message.width << " x " << message.height << " in rows of "
-        << message.step << " bytes (" << encoding->name << "), but holds " << message.data.size()
-        << " bytes";
-    return out.str();
+    return text("claims to be ", message.width, " x ", message.height, " in rows of ", message.step,
+                " bytes (", encoding->name, "), but holds ", message.data.size(), " bytes");
   }
   const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width),
                        CV_8UC(encoding->channels), const_cast<std::uint8_t*>(message.data.data()),

@@ -170,26 +170,17 @@ def first_answer(windows, path, growing):
             "; dashed: accepted and |s - 1| < 0.1")
 
 
-def draw_run(run, out):
-    """All pictures of one run into the folder `out`. Returns pairs of file and caption."""
-    return draw_pooled(run.windows, out, "", "first_keyframes" in run.info)
-
-
-def draw_pooled(windows, out, prefix, growing):
-    """The pictures of several runs together; prefix begins their files' names."""
-    return _draw(out, prefix, [("error_cdf.png", lambda path: error_cdf(windows, path)),
-                               ("solve_time.png", lambda path: solve_time(windows, path)),
-                               ("first_answer.png",
-                                lambda path: first_answer(windows, path, growing))])
-
-
-def _draw(out, prefix, pictures):
+def draw(windows, out, growing, prefix=""):
+    """All pictures of one run, or of several together, into the folder `out`; prefix begins their
+    files' names. Returns pairs of file and caption."""
+    pictures = {"error_cdf.png": error_cdf, "solve_time.png": solve_time,
+                "first_answer.png": lambda rows, path: first_answer(rows, path, growing)}
     drawn = []
-    for name, draw in pictures:
+    for name, picture in pictures.items():
         path = os.path.join(out, prefix + name)
         if os.path.exists(path):
             os.remove(path)  # of an earlier report
-        caption = draw(path)
+        caption = picture(windows, path)
         if caption:
             drawn.append((prefix + name, caption))
     return drawn

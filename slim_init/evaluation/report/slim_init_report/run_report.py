@@ -78,7 +78,7 @@ def build(run, out):
         "first_keyframes": run.info.get("first_keyframes"),
         "calibration": _subset_tables(run, CALIBRATION) if run.has_rig_errors else [],
         "downstream": _subset_tables(run, DOWNSTREAM) if run.has_downstream else [],
-        "differences": differences, "pictures": figures.draw_run(run, out),
+        "differences": differences, "pictures": figures.draw(run.windows, out, run.is_growing),
         "statuses": _status_table(run),
         "tracking": run.info.get("tracking"),
         "features": _feature_table(run.info["tracking"]) if run.info.get("tracking") else None,

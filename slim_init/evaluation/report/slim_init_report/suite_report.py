@@ -89,29 +89,31 @@ def _pictures(groups, out):
     """Errors, times and first estimates of every group."""
     drawn = []
     for group in groups:
-        growing = all("first_keyframes" in run.info for run in group.runs)
+        growing = all(run.is_growing for run in group.runs)
         drawn += [(file, "%s: %s" % (group.title, caption)) for file, caption in
-                  figures.draw_pooled(pool(group.runs), out, group.prefix, growing)]
+                  figures.draw(pool(group.runs), out, growing, group.prefix)]
     return drawn
+
+
+def _by_kind(runs):
+    """Pairs of a title and the runs whose features come from there."""
+    pairs = [(title, [run for run in runs if run.kind == kind]) for kind, title in (
+        ("images", "From images"), ("recorded", "Recorded motion and IMU"),
+        ("builtin", "Simulated"))]
+    return [pair for pair in pairs if pair[1]]
 
 
 def _rigs(runs):
     """A table per kind of sequence."""
     wrong = [run for run in runs if run.has_rig_errors and not run.is_ablation]
-    return [rig_table([run for run in wrong if run.kind == kind], title)
-            for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
-                                ("builtin", "Simulated"))
-            if any(run.kind == kind for run in wrong)]
+    return [rig_table(members, title) for title, members in _by_kind(wrong)]
 
 
 def _first_answers(runs):
-    """First estimates of methods that solve at every image: a table per kind of sequence."""
+    """First estimates of methods that solve at every image: tables per kind of sequence."""
     growing = [run for run in runs if run.is_growing and not run.has_rig_errors]
-    return [run_method_table([run for run in growing if run.kind == kind], FIRST_ANSWER, subset,
-                             "%s, %s" % (title, name))
-            for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
-                                ("builtin", "Simulated"))
-            for subset, name in SUBSETS if any(run.kind == kind for run in growing)]
+    return [run_method_table(members, FIRST_ANSWER, subset, "%s, %s" % (title, name))
+            for title, members in _by_kind(growing) for subset, name in SUBSETS]
 
 
 def build(runs, out, notes=(), command=""):

@@ -2,10 +2,8 @@
 #include <exception>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
 
 #include "datasets/csv_table.h"
-#include "datasets/image_truth.h"
 #include "datasets/sensor_yaml.h"
 #include "slim_init/evaluation/image_sequence.h"
 
@@ -18,19 +16,16 @@ const std::array<const char*, 2> kImageColumns = {"timestamp", "filename"};
 
 class AslFolder : public ImageSequence {
  public:
-  ReadStatus open(const std::string& directory, double max_imu_gap_s) {
-    if (ReadStatus status = findRoot(directory); !status.ok()) return status;
-    if (ReadStatus status = readImu(max_imu_gap_s); !status.ok()) return status;
-    if (ReadStatus status = readSpeeds(file("speed0/data.csv"), t0_ns_, &speeds_); !status.ok()) {
-      return status;
-    }
-    if (ReadStatus status = readImages(); !status.ok()) return status;
-    if (ReadStatus status = readFolderTruth(); !status.ok()) return status;
+  void open(const std::string& directory, double max_imu_gap_s) {
+    findRoot(directory);
+    readImu(max_imu_gap_s);
+    speeds_ = readSpeeds(file("speed0/data.csv"), t0_ns_);
+    readImages();
+    readFolderTruth();
     SequenceCalibration calibration;
     calibration_problem_ =
         readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
     if (calibration_problem_.empty()) calibration_ = calibration;
-    return {};
   }
 
   cv::Mat image(std::size_t k, std::string* sentence) override {
@@ -53,11 +48,9 @@ class AslFolder : public ImageSequence {
  private:
   std::string file(const char* name) const { return (fs::path(root_) / name).string(); }
 
-  ReadStatus findRoot(const std::string& directory) {
+  void findRoot(const std::string& directory) {
     std::error_code code;
-    if (!fs::is_directory(directory, code)) {
-      return {directory + " is not a directory"};
-    }
+    if (!fs::is_directory(directory, code)) fail(directory, " is not a directory");
     const fs::path given(directory);
     for (const fs::path& candidate : {given / "mav0", given}) {
       if (!fs::is_directory(candidate / "cam0", code)) continue;
@@ -66,17 +59,13 @@ class AslFolder : public ImageSequence {
       name_ = lastComponent(directory);
       // "V1_01/mav0" is V1_01.
       if (name_ == "mav0") name_ = lastComponent((given / "..").string());
-      return {};
+      return;
     }
-    return {directory + " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0"};
+    fail(directory, " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0");
   }
 
-  ReadStatus readImu(double max_imu_gap_s) {
-    CsvTable table;
-    if (ReadStatus status = readTable(file("imu0/data.csv"), imuFormat(RowOrder::kSort), &table);
-        !status.ok()) {
-      return status;
-    }
+  void readImu(double max_imu_gap_s) {
+    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(RowOrder::kSort));
     t0_ns_ = table.rows.front().stamp_ns;
     imu_ = imuSamples(table, t0_ns_);
     counts_.imu_samples = static_cast<int>(imu_.size());
@@ -86,15 +75,11 @@ class AslFolder : public ImageSequence {
     const ImuGaps gaps = findImuGaps(table.path, imu_, max_imu_gap_s, &table);
     counts_.imu_gaps = gaps.count;
     note(gaps.note);
-    return {};
   }
 
-  ReadStatus readImages() {
-    CsvTable table;
-    const CsvFormat format = {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1};
-    if (ReadStatus status = readTable(file("cam0/data.csv"), format, &table); !status.ok()) {
-      return status;
-    }
+  void readImages() {
+    const CsvTable table =
+        readTable(file("cam0/data.csv"), {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1});
     counts_.images_repeated = table.repeated;
     counts_.images_out_of_order = table.out_of_order;
     note(disorderNote(table.path, "images", table.repeated, table.out_of_order));
@@ -113,27 +98,23 @@ class AslFolder : public ImageSequence {
     }
     counts_.images = static_cast<int>(image_stamps_ns_.size());
     if (counts_.images_unreadable > 0) {
-      note(std::to_string(counts_.images_unreadable) + " of " + std::to_string(table.rows.size()) +
-           " images of " + table.path + " have no file, the first is " + first_missing);
+      note(text(counts_.images_unreadable, " of ", table.rows.size(), " images of ", table.path,
+                " have no file, the first is ", first_missing));
     }
     if (counts_.images < kMinImages) {
-      std::ostringstream out;
-      out << table.path << " names " << counts_.images << " images that exist (minimum "
-          << kMinImages << ')';
-      if (!first_missing.empty()) out << "; " << first_missing << " does not exist";
-      return {out.str()};
+      fail(table.path, " names ", counts_.images, " images that exist (minimum ", kMinImages, ')',
+           first_missing.empty() ? "" : "; " + first_missing + " does not exist");
     }
-    return {};
   }
 
-  ReadStatus readFolderTruth() {
+  void readFolderTruth() {
     const std::string path = file("state_groundtruth_estimate0/data.csv");
     std::error_code code;
-    if (!fs::exists(path, code)) {
+    if (fs::exists(path, code)) {
+      readTruth(path);
+    } else {
       note(path + " does not exist: without ground truth there are no errors to report");
-      return {};
     }
-    return readTruth(path);
   }
 
   std::string root_;  ///< the folder that holds cam0 and imu0
@@ -145,7 +126,7 @@ class AslFolder : public ImageSequence {
 std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status) {
   auto folder = std::make_unique<AslFolder>();
-  *status = folder->open(directory, max_imu_gap_s);
+  *status = statusOf([&] { folder->open(directory, max_imu_gap_s); });
   if (!status->ok()) return nullptr;
   return folder;
 }

@@ -10,8 +10,6 @@
 #include <sstream>
 #include <tuple>
 
-#include "slim_init/text.h"
-
 namespace slim_init::evaluation {
 namespace {
 
@@ -24,37 +22,32 @@ const std::array<const char*, 7> kImuColumns = {"timestamp", "w_x", "w_y", "w_z"
 const std::array<const char*, 17> kTruthColumns = {
     "timestamp", "p_x", "p_y",  "p_z",  "q_w",  "q_x",  "q_y",  "q_z", "v_x",
     "v_y",       "v_z", "bw_x", "bw_y", "bw_z", "ba_x", "ba_y", "ba_z"};
-constexpr std::size_t kPoseColumns = 8;
 const std::array<const char*, 7> kSpeedColumns = {"timestamp", "v_x", "sigma_x", "v_y",
                                                   "sigma_y",   "v_z", "sigma_z"};
 constexpr std::size_t kForwardColumns = 3;
 
-ReadStatus readText(const std::string& path, std::string* text) {
+std::string readText(const std::string& path) {
   std::error_code code;
-  if (!fs::exists(path, code)) return {path + " does not exist"};
-  if (!fs::is_regular_file(path, code)) {
-    return {path + " is not a regular file"};
-  }
+  if (!fs::exists(path, code)) fail(path, " does not exist");
+  if (!fs::is_regular_file(path, code)) fail(path, " is not a regular file");
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
   // Streaming an empty file would set the fail bit of `content`; that is "too few rows", not an
   // error of reading.
   if (file && file.peek() != std::ifstream::traits_type::eof()) content << file.rdbuf();
-  if (!file.is_open() || file.bad() || content.fail()) {
-    return {path + " cannot be read"};
-  }
-  *text = content.str();
-  return {};
+  if (!file.is_open() || file.bad() || content.fail()) fail(path, " cannot be read");
+  return content.str();
 }
 
 /// Splits a file into rows of numbers; the first column is an integer stamp, ascending.
 class TableParser {
  public:
-  explicit TableParser(const CsvFormat& format) : format_(format) {}
+  TableParser(const std::string& path, const CsvFormat& format) : format_(format) {
+    table_.path = path;
+  }
 
-  ReadStatus parse(const std::string& path, const std::string& text, CsvTable* table) {
-    table_ = table;
-    table_->path = path;
+  CsvTable parse() {
+    const std::string text = readText(table_.path);
     std::istringstream lines(text);
     if (text.compare(0, 3, "\xEF\xBB\xBF") == 0)
       lines.ignore(3);  // byte order mark of some editors
@@ -66,12 +59,17 @@ class TableParser {
         if (empty_line == 0) empty_line = line_;
       } else if (line[0] != '#') {
         if (empty_line != 0) {
-          return {path + " line " + std::to_string(empty_line) + " is empty, data go on after"};
+          fail(table_.path, " line ", empty_line, " is empty, data go on after");
         }
-        if (ReadStatus status = parseRow(line); !status.ok()) return status;
+        parseRow(line);
       }
     }
-    return {};
+    std::tie(table_.repeated, table_.out_of_order) = sortByStamp(&table_.rows);
+    if (static_cast<int>(table_.rows.size()) < format_.min_rows) {
+      fail(table_.path, " has ", table_.rows.size(), " rows of data (minimum ", format_.min_rows,
+           ')');
+    }
+    return std::move(table_);
   }
 
  private:
@@ -81,96 +79,80 @@ class TableParser {
     return text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin);
   }
 
-  std::string place() const { return table_->path + " line " + std::to_string(line_); }
-  std::string place(std::size_t column) const {
-    return place() + " column " + std::to_string(column + 1) + " (" + format_.names[column] + ")";
+  std::string place() const { return text(table_.path, " line ", line_); }
+  /// A problem of a field: "is not a number".
+  [[noreturn]] void refuse(std::size_t column, const std::string& field, const char* why) const {
+    fail(place(), " column ", column + 1, " (", format_.names[column], "): ", quoted(field), why);
   }
 
-  ReadStatus checkColumnCount(const std::string& line, std::size_t count) {
+  void checkColumnCount(const std::string& line, std::size_t count) {
     const std::vector<std::size_t>& allowed = format_.allowed;
-    if (table_->columns == 0 && std::count(allowed.begin(), allowed.end(), count) > 0) {
-      table_->columns = count;
+    if (table_.columns == 0 && std::count(allowed.begin(), allowed.end(), count) > 0) {
+      table_.columns = count;
     }
-    if (count == table_->columns) return {};
-    std::ostringstream out;
-    out << place() << " has " << count << " columns, must have ";
-    if (table_->columns != 0) {
-      out << table_->columns;
-    } else {
-      for (std::size_t i = 0; i < allowed.size(); ++i) out << (i > 0 ? " or " : "") << allowed[i];
-    }
-    out << ": " << quoted(line);
-    return {out.str()};
+    if (count == table_.columns) return;
+    std::string wanted;
+    for (const std::size_t one : allowed) wanted += text(wanted.empty() ? "" : " or ", one);
+    if (table_.columns != 0) wanted = text(table_.columns);
+    fail(place(), " has ", count, " columns, must have ", wanted, ": ", quoted(line));
   }
 
-  ReadStatus parseRow(const std::string& line) {
+  void parseRow(const std::string& line) {
     std::vector<std::string> fields;
     std::istringstream cells(line + ",");
     for (std::string cell; std::getline(cells, cell, ',');) fields.push_back(trimmed(cell));
-    if (ReadStatus status = checkColumnCount(line, fields.size()); !status.ok()) return status;
+    checkColumnCount(line, fields.size());
     CsvRow row;
     row.line = line_;
     for (std::size_t column = 0; column < fields.size(); ++column) {
-      ReadStatus status;
       if (column == 0) {
-        status = parseStamp(fields[0], &row.stamp_ns);
+        row.stamp_ns = parseStamp(fields[0]);
       } else if (format_.last_is_text && column + 1 == format_.allowed.back()) {
         row.text = fields[column];
       } else {
-        status = parseNumber(fields[column], column, &row.values[column - 1]);
+        row.values[column - 1] = parseNumber(fields[column], column);
       }
-      if (!status.ok()) return status;
     }
-    if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
-        row.stamp_ns <= table_->rows.back().stamp_ns) {
-      const CsvRow& before = table_->rows.back();
-      return {text(place(), ": time ", row.stamp_ns, " ns ",
-                   (row.stamp_ns == before.stamp_ns
-                        ? "repeats that"
-                        : "is before the " + std::to_string(before.stamp_ns) + " ns"),
-                   " of line ", before.line, ", times must increase")};
+    if (format_.order == RowOrder::kReject && !table_.rows.empty() &&
+        row.stamp_ns <= table_.rows.back().stamp_ns) {
+      const CsvRow& before = table_.rows.back();
+      fail(place(), ": time ", row.stamp_ns, " ns ",
+           row.stamp_ns == before.stamp_ns ? "repeats that"
+                                           : text("is before the ", before.stamp_ns, " ns"),
+           " of line ", before.line, ", times must increase");
     }
-    table_->rows.push_back(std::move(row));
-    return {};
+    table_.rows.push_back(std::move(row));
   }
 
-  ReadStatus parseStamp(const std::string& field, std::int64_t* stamp_ns) const {
+  std::int64_t parseStamp(const std::string& field) const {
     const char* const end = field.data() + field.size();
-    const auto parsed = std::from_chars(field.data(), end, *stamp_ns);
-    if (parsed.ec == std::errc() && parsed.ptr == end && *stamp_ns >= 0) return {};
-    return {place(0) + ": " + quoted(field) + " is not a whole number of nanoseconds"};
+    std::int64_t stamp_ns = 0;
+    const auto parsed = std::from_chars(field.data(), end, stamp_ns);
+    if (parsed.ec != std::errc() || parsed.ptr != end || stamp_ns < 0) {
+      refuse(0, field, " is not a whole number of nanoseconds");
+    }
+    return stamp_ns;
   }
 
-  ReadStatus parseNumber(const std::string& field, std::size_t column, double* value) const {
+  double parseNumber(const std::string& field, std::size_t column) const {
     char* stopped = nullptr;  // (from_chars for double needs GCC 11)
-    *value = std::strtod(field.c_str(), &stopped);
+    const double value = std::strtod(field.c_str(), &stopped);
     if (field.empty() || stopped != field.c_str() + field.size()) {
-      return {place(column) + ": " + quoted(field) + " is not a number"};
+      refuse(column, field, " is not a number");
     }
-    if (std::isfinite(*value)) return {};
-    return {place(column) + ": " + quoted(field) + " is not finite"};
+    if (!std::isfinite(value)) refuse(column, field, " is not finite");
+    return value;
   }
 
   const CsvFormat& format_;
-  CsvTable* table_ = nullptr;
+  CsvTable table_;
   int line_ = 0;
 };
 
 }  // namespace
 
-ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table) {
-  *table = CsvTable();
-  std::string content;
-  if (ReadStatus status = readText(path, &content); !status.ok()) return status;
-  if (ReadStatus status = TableParser(format).parse(path, content, table); !status.ok()) {
-    return status;
-  }
-  std::tie(table->repeated, table->out_of_order) = sortByStamp(&table->rows);
-  if (static_cast<int>(table->rows.size()) < format.min_rows) {
-    return {
-        text(path, " has ", table->rows.size(), " rows of data (minimum ", format.min_rows, ')')};
-  }
-  return {};
+CsvTable readTable(const std::string& path, const CsvFormat& format) {
+  return TableParser(path, format).parse();
 }
 
 CsvFormat imuFormat(RowOrder order) {
@@ -213,14 +195,12 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
   return samples;
 }
 
-ReadStatus readSpeeds(const std::string& path, std::int64_t t0_ns,
-                      std::vector<SpeedSample>* speeds) {
-  speeds->clear();
-  if (std::error_code no_file; !std::filesystem::exists(path, no_file)) return {};
-  CsvTable table;
+std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns) {
+  std::vector<SpeedSample> speeds;
+  if (std::error_code no_file; !fs::exists(path, no_file)) return speeds;
   const CsvFormat format = {
       kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, RowOrder::kReject, 1};
-  if (ReadStatus status = readTable(path, format, &table); !status.ok()) return status;
+  const CsvTable table = readTable(path, format);
   for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, t0_ns);
     SpeedSample sample = SpeedSample::forward(t, row.values[0], row.values[1]);
@@ -232,27 +212,25 @@ ReadStatus readSpeeds(const std::string& path, std::int64_t t0_ns,
         sample.covariance(axis, axis) = sigma > 0.0 ? sigma * sigma : sigma;
       }
     }
-    speeds->push_back(sample);
+    speeds.push_back(sample);
   }
-  return {};
+  return speeds;
 }
 
-ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<NavState>* states,
-                       bool* has_velocity_and_bias) {
-  *has_velocity_and_bias = table.columns > kPoseColumns;
-  states->clear();
-  states->reserve(table.rows.size());
+std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns) {
+  std::vector<NavState> states;
+  states.reserve(table.rows.size());
   for (const CsvRow& row : table.rows) {
     NavState state;
     state.t = relativeSeconds(row.stamp_ns, t0_ns);
     state.p_w_b = vectorAt(row, 0);
     const Eigen::Quaterniond q(row.values[3], row.values[4], row.values[5], row.values[6]);
     if (!(std::abs(q.norm() - 1.0) <= kMaxQuaternionNormError)) {
-      return {text(table.path, " line ", row.line, " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is ",
-                   q.norm(), ", must be within ", kMaxQuaternionNormError, " of 1")};
+      fail(table.path, " line ", row.line, " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is ",
+           q.norm(), ", must be within ", kMaxQuaternionNormError, " of 1");
     }
     state.R_w_b = q.normalized().toRotationMatrix();
-    if (*has_velocity_and_bias) {
+    if (table.columns > kPoseColumns) {
       state.v_w_b = vectorAt(row, 7);
       state.gyro_bias = vectorAt(row, 10);
       state.accel_bias = vectorAt(row, 13);
@@ -261,9 +239,9 @@ ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<Na
       state.gyro_bias.setConstant(kNotComputed);
       state.accel_bias.setConstant(kNotComputed);
     }
-    states->push_back(state);
+    states.push_back(state);
   }
-  return {};
+  return states;
 }
 
 ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
@@ -275,11 +253,9 @@ ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu
     if (step > max_gap_s) ++gaps.count;
     if (step > gaps.largest_s) {
       gaps.largest_s = step;
-      std::ostringstream out;
-      out << step << " s ";
-      if (table != nullptr) out << "before line " << table->rows[i].line << ", ";
-      out << imu[i - 1].t << " s after the first sample";
-      longest = out.str();
+      longest =
+          text(step, " s ", table == nullptr ? "" : text("before line ", table->rows[i].line, ", "),
+               imu[i - 1].t, " s after the first sample");
     }
   }
   if (gaps.count > 0) {
@@ -288,6 +264,19 @@ ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu
              max_gap_s, " s, the longest ", longest, "; no window reaches across a gap");
   }
   return gaps;
+}
+
+std::string disorderNote(const std::string& source, const std::string& things, int repeated,
+                         int out_of_order) {
+  std::string note;
+  if (repeated > 0) {
+    note = text(repeated, ' ', things, " with the stamp of another one were discarded");
+  }
+  if (out_of_order > 0) {
+    note +=
+        text(note.empty() ? "" : ", ", out_of_order, ' ', things, " out of order were sorted in");
+  }
+  return note.empty() ? "" : source + ": " + note;
 }
 
 std::string lastComponent(const std::string& path_text) {

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Tables of comma-separated numbers whose first column is a stamp, and what all readers share.
+// Tables of comma-separated numbers whose first column is a stamp, and what all readers share. What
+// cannot be read is thrown as a Problem.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +12,34 @@
 #include <vector>
 
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 
+/// The first problem of a recording, as a sentence. Caught in this library.
+struct Problem {
+  std::string sentence;
+};
+
+template <typename... Parts>
+[[noreturn]] void fail(const Parts&... parts) {
+  throw Problem{text(parts...)};
+}
+
+/// What came of reading.
+template <typename Read>
+ReadStatus statusOf(const Read& read) {
+  try {
+    read();
+  } catch (const Problem& problem) {
+    return {problem.sentence};
+  }
+  return {};
+}
+
 inline constexpr std::size_t kMaxTableColumns = 17;
+/// Of a ground truth without velocities and biases.
+inline constexpr std::size_t kPoseColumns = 8;
 
 /// One parsed row: stamp, then the other columns.
 struct CsvRow {
@@ -48,7 +73,7 @@ struct CsvFormat {
 
 /// Reads a table. Lines that begin with # are comments; both line ends, a byte order mark and blank
 /// lines at the end are accepted. The message of an error names file, line, column and value.
-ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table);
+CsvTable readTable(const std::string& path, const CsvFormat& format);
 
 /// What a recording needs to be usable: two samples make the shortest interval, two images the
 /// smallest window.
@@ -64,9 +89,8 @@ CsvFormat truthFormat(RowOrder order, int min_rows = kMinTruthRows);
 
 /// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
 /// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.
-/// Stamps must increase. Without the file `speeds` is empty.
-ReadStatus readSpeeds(const std::string& path, std::int64_t t0_ns,
-                      std::vector<SpeedSample>* speeds);
+/// Stamps must increase. Without the file there are none.
+std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns);
 
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
 /// printable only.
@@ -80,8 +104,7 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
 
 /// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
 /// quaternion whose norm is off 1 by more than 0.01 is an error.
-ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<NavState>* states,
-                       bool* has_velocity_and_bias);
+std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns);
 
 /// Steps between samples longer than a bound.
 struct ImuGaps {
@@ -93,6 +116,10 @@ struct ImuGaps {
 /// `table` names the lines of `imu` in the note; may be null.
 ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
                     const CsvTable* table);
+
+/// "FILE: 2 IMU samples with the stamp of another one were discarded, ..." or an empty string.
+std::string disorderNote(const std::string& source, const std::string& things, int repeated,
+                         int out_of_order);
 
 /// The last component of a path that says something: "a/b/" is b.
 std::string lastComponent(const std::string& path);

@@ -6,7 +6,6 @@
 
 #include "datasets/csv_table.h"
 #include "slim_init/evaluation/truth.h"
-#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -14,7 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::array<const char*, 1> kImageColumns = {"timestamp"};
-ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
+
+void convertImages(const CsvTable& table, RecordedMotion* motion) {
   RecordedCounts& counts = motion->counts;
   counts.images = static_cast<int>(table.rows.size());
   const double imu_end = motion->imu.back().t;
@@ -38,40 +38,26 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
   if (motion->image_times.empty()) {
     const double first = relativeSeconds(table.rows.front().stamp_ns, motion->t0_ns);
     const double last = relativeSeconds(table.rows.back().stamp_ns, motion->t0_ns);
-    return {text((counts.images_outside_imu == counts.images ? outside_imu
-                  : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
-                                                             : outside_truth),
-                 "; the images span ", first, " s to ", last, " s, so none can be used")};
+    fail(counts.images_outside_imu == counts.images ? outside_imu
+         : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
+                                                    : outside_truth,
+         "; the images span ", first, " s to ", last, " s, so none can be used");
   }
   if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
   if (counts.images_outside_truth > 0) {
     motion->notes.push_back(outside_truth + " and were discarded");
   }
-  return {};
 }
 
-}  // namespace
-
-ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
-                              RecordedMotion* motion) {
+RecordedMotion readMotion(const std::string& directory, double max_imu_gap_s) {
   std::error_code code;
-  if (!fs::is_directory(directory, code)) {
-    return {directory + " is not a directory"};
-  }
+  if (!fs::is_directory(directory, code)) fail(directory, " is not a directory");
   const auto file = [&](const char* name) { return (fs::path(directory) / name).string(); };
-  CsvTable imu;
-  CsvTable images;
-  CsvTable truth;
-  ReadStatus status = readTable(file("imu0.csv"), imuFormat(RowOrder::kReject), &imu);
-  if (status.ok()) {
-    const CsvFormat format = {
-        kImageColumns.data(), {kImageColumns.size()}, false, RowOrder::kReject, kMinImages};
-    status = readTable(file("cam0_timestamps.csv"), format, &images);
-  }
-  if (status.ok()) {
-    status = readTable(file("groundtruth.csv"), truthFormat(RowOrder::kReject), &truth);
-  }
-  if (!status.ok()) return status;
+  const CsvTable imu = readTable(file("imu0.csv"), imuFormat(RowOrder::kReject));
+  const CsvTable images = readTable(
+      file("cam0_timestamps.csv"),
+      {kImageColumns.data(), {kImageColumns.size()}, false, RowOrder::kReject, kMinImages});
+  const CsvTable truth = readTable(file("groundtruth.csv"), truthFormat(RowOrder::kReject));
 
   RecordedMotion read;
   read.name = lastComponent(directory);
@@ -82,30 +68,29 @@ ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s
   read.counts.imu_gaps = gaps.count;
   read.counts.largest_imu_gap_s = gaps.largest_s;
   if (!gaps.note.empty()) read.notes.push_back(gaps.note);
-  status = readSpeeds(file("speed0.csv"), read.t0_ns, &read.speeds);
-  if (!status.ok()) return status;
-  status = truthStates(truth, read.t0_ns, &read.truth, &read.has_velocity_and_bias);
-  if (status.ok()) status = convertImages(images, &read);
-  if (!status.ok()) return status;
+  read.speeds = readSpeeds(file("speed0.csv"), read.t0_ns);
+  read.truth = truthStates(truth, read.t0_ns);
+  read.has_velocity_and_bias = truth.columns > kPoseColumns;
+  convertImages(images, &read);
   if (!read.has_velocity_and_bias) {
     read.notes.push_back(truth.path + ": " + deriveVelocities(&read.truth).note);
   }
-  *motion = std::move(read);
-  return {};
+  return read;
+}
+
+}  // namespace
+
+ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
+                              RecordedMotion* motion) {
+  return statusOf([&] { *motion = readMotion(directory, max_imu_gap_s); });
 }
 
 ReadStatus readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states) {
-  CsvTable table;
-  const ReadStatus status = readTable(path, truthFormat(RowOrder::kReject, 1), &table);
-  if (!status.ok()) return status;
-  bool has_velocity_and_bias = false;
-  std::vector<NavState> read;
-  const std::int64_t first_ns = table.rows.front().stamp_ns;
-  const ReadStatus of_states = truthStates(table, first_ns, &read, &has_velocity_and_bias);
-  if (!of_states.ok()) return of_states;
-  *t0_ns = first_ns;
-  *states = std::move(read);
-  return {};
+  return statusOf([&] {
+    const CsvTable table = readTable(path, truthFormat(RowOrder::kReject, 1));
+    *states = truthStates(table, table.rows.front().stamp_ns);
+    *t0_ns = table.rows.front().stamp_ns;
+  });
 }
 
 }  // namespace slim_init::evaluation

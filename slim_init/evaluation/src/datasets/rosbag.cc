@@ -17,11 +17,10 @@
 #include <exception>
 #include <filesystem>
 #include <map>
-#include <sstream>
 #include <stdexcept>
+#include <type_traits>
 
 #include "datasets/csv_table.h"
-#include "datasets/image_truth.h"
 #include "datasets/truth_csv.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
@@ -132,14 +131,6 @@ void skipToPixels(sensor_msgs::CompressedImage* message, ros::serialization::ISt
 }
 
 /// Grey image of a message, or a sentence about it.
-std::string decode(const sensor_msgs::Image& message, cv::Mat* grey) {
-  return feature_tracker_lines::decodeImage(message, grey);
-}
-
-std::string decode(const sensor_msgs::CompressedImage& message, cv::Mat* grey) {
-  return feature_tracker_lines::decodeCompressedImage(message, grey);
-}
-
 template <typename Message>
 std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey) {
   if (!instance.isType<Message>()) return "is of another version of its type";
@@ -152,32 +143,36 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
   std::uint32_t length = 0;
   pixels.next(length);
   if (length > pixels.getLength()) {
-    return "is said to have " + std::to_string(length) + " bytes of pixels, " +
-           std::to_string(pixels.getLength()) + " are left of its message";
+    return text("is said to have ", length, " bytes of pixels, ", pixels.getLength(),
+                " are left of its message");
   }
   in.next(message.data);
-  return decode(message, grey);
+  if constexpr (std::is_same_v<Message, sensor_msgs::Image>) {
+    return feature_tracker_lines::decodeImage(message, grey);
+  } else {
+    return feature_tracker_lines::decodeCompressedImage(message, grey);
+  }
 }
 
 class BagFile : public ImageSequence {
  public:
-  ReadStatus open(const std::string& file, const BagTopics& topics,
-                  const std::string& groundtruth_file, double max_imu_gap_s) {
+  void open(const std::string& file, const BagTopics& topics, const std::string& groundtruth_file,
+            double max_imu_gap_s) {
     file_ = file;
     name_ = fs::path(lastComponent(file)).stem().string();
     std::error_code code;
     if (!fs::is_regular_file(file, code)) {
-      return {file + (fs::exists(file, code) ? " is not a regular file" : " does not exist")};
+      fail(file, fs::exists(file, code) ? " is not a regular file" : " does not exist");
     }
     if (const std::string damage = bagDamage(file); !damage.empty()) {
-      return {file + " cannot be opened as a bag of ROS 1: " + damage +
-              "; if its recording was cut short, `rosbag reindex` repairs it"};
+      fail(file, " cannot be opened as a bag of ROS 1: ", damage,
+           "; if its recording was cut short, `rosbag reindex` repairs it");
     }
     try {
       bag_.open(file, rosbag::bagmode::Read);
-      return readMessages(topics, groundtruth_file, max_imu_gap_s);
+      readMessages(topics, groundtruth_file, max_imu_gap_s);
     } catch (const std::exception& exception) {
-      return {file + " cannot be read: " + exception.what()};
+      fail(file, " cannot be read: ", exception.what());
     }
   }
 
@@ -194,8 +189,8 @@ class BagFile : public ImageSequence {
     }
     if (problem.empty()) return grey;
     if (sentence != nullptr) {
-      *sentence = file_ + ": image of " + message.getTopic() + " at " +
-                  std::to_string(image_stamps_ns_[k]) + " ns " + problem;
+      *sentence = text(file_, ": image of ", message.getTopic(), " at ", image_stamps_ns_[k],
+                       " ns ", problem);
     }
     return cv::Mat();
   }
@@ -203,35 +198,30 @@ class BagFile : public ImageSequence {
  private:
   /// The topic of the bag that is meant by `wanted`, which carries one of `types`. An image topic
   /// may also be there in its compressed form only.
-  ReadStatus findTopic(const std::map<std::string, std::string>& known, const std::string& key,
-                       const std::string& wanted, const std::vector<std::string>& types,
-                       std::string* topic) {
+  std::string findTopic(const std::map<std::string, std::string>& known, const std::string& key,
+                        const std::string& wanted, const std::vector<std::string>& types) {
     for (const std::string suffix : {"", "/compressed"}) {
       if (!suffix.empty() && types.size() < 2) continue;
       for (const auto& [name, type] : known) {
         if (withoutSlash(name) != withoutSlash(wanted) + suffix) continue;
         if (std::find(types.begin(), types.end(), type) == types.end()) {
-          return {file_ + ": " + key + " " + wanted + " carries " + quoted(type) + ", must be " +
-                  types.front() + (types.size() > 1 ? " or " + types[1] : "")};
+          fail(file_, ": ", key, " ", wanted, " carries ", quoted(type), ", must be ",
+               types.front(), types.size() > 1 ? " or " + types[1] : "");
         }
         if (!suffix.empty()) note(file_ + ": " + wanted + " is there as " + name);
-        *topic = name;
-        return {};
+        return name;
       }
     }
-    std::ostringstream out;
-    out << file_ << " has no topic " << quoted(wanted) << " (" << key << "); it has ";
-    if (known.empty()) out << "none";
-    bool first = true;
+    std::string list;
     for (const auto& [name, type] : known) {
-      out << (first ? "" : ", ") << name << " (" << type << ")";
-      first = false;
+      list += text(list.empty() ? "" : ", ", name, " (", type, ")");
     }
-    return {out.str()};
+    fail(file_, " has no topic ", quoted(wanted), " (", key, "); it has ",
+         list.empty() ? "none" : list);
   }
 
-  ReadStatus readMessages(const BagTopics& topics, const std::string& groundtruth_file,
-                          double max_imu_gap_s) {
+  void readMessages(const BagTopics& topics, const std::string& groundtruth_file,
+                    double max_imu_gap_s) {
     std::map<std::string, std::string> known;
     {
       rosbag::View all(bag_);
@@ -239,33 +229,27 @@ class BagFile : public ImageSequence {
         known[connection->topic] = connection->datatype;
       }
     }
-    std::string imu_topic;
-    std::string image_topic;
-    ReadStatus status = findTopic(known, "imu_topic", topics.imu, {kImuType}, &imu_topic);
-    if (status.ok()) {
-      status = findTopic(known, "image_topic", topics.image, {kImageType, kCompressedType},
-                         &image_topic);
-    }
-    std::string speed_topic;
+    const std::string imu_topic = findTopic(known, "imu_topic", topics.imu, {kImuType});
+    const std::string image_topic =
+        findTopic(known, "image_topic", topics.image, {kImageType, kCompressedType});
     const bool has_speeds = std::any_of(known.begin(), known.end(), [&](const auto& topic) {
       return withoutSlash(topic.first) == withoutSlash(topics.speed);
     });
     if (!topics.speed.empty() && !has_speeds) {
       note(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
     }
-    if (status.ok() && has_speeds) {
-      status =
-          findTopic(known, "speed_topic", topics.speed, {kTwistType, kOdometryType}, &speed_topic);
+    std::string speed_topic;
+    if (has_speeds) {
+      speed_topic = findTopic(known, "speed_topic", topics.speed, {kTwistType, kOdometryType});
     }
-    if (status.ok()) status = readImu(imu_topic, max_imu_gap_s);
-    if (status.ok() && !speed_topic.empty()) readSpeeds(speed_topic, topics.speed_forward_only);
-    if (status.ok()) status = readImageStamps(image_topic);
-    if (status.ok() && !groundtruth_file.empty()) {
-      status = readTruth(groundtruth_file);
-    } else if (status.ok()) {
+    readImu(imu_topic, max_imu_gap_s);
+    if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
+    readImageStamps(image_topic);
+    if (groundtruth_file.empty()) {
       note(file_ + ": without ground truth there are no errors to report");
+    } else {
+      readTruth(groundtruth_file);
     }
-    return status;
   }
 
   template <typename Value>
@@ -292,21 +276,20 @@ class BagFile : public ImageSequence {
       }
     }
     if (*unreadable > 0) {
-      note(file_ + ": " + std::to_string(*unreadable) + " messages of " + topic +
-           " cannot be read or hold a value that is not finite, and were discarded");
+      note(text(file_, ": ", *unreadable, " messages of ", topic,
+                " cannot be read or hold a value that is not finite, and were discarded"));
     }
     std::tie(*repeated, *out_of_order) = sortByStamp(&values);
     note(disorderNote(file_, what, *repeated, *out_of_order));
     return values;
   }
 
-  ReadStatus checkCount(const std::string& topic, int count, int minimum) const {
-    if (count >= minimum) return {};
-    return {file_ + ": " + topic + " has " + std::to_string(count) + " usable messages (minimum " +
-            std::to_string(minimum) + ")"};
+  void checkCount(const std::string& topic, int count, int minimum) const {
+    if (count >= minimum) return;
+    fail(file_, ": ", topic, " has ", count, " usable messages (minimum ", minimum, ")");
   }
 
-  ReadStatus readImu(const std::string& topic, double max_imu_gap_s) {
+  void readImu(const std::string& topic, double max_imu_gap_s) {
     const auto read = [](const rosbag::MessageInstance& instance, ImuSample* sample) {
       const sensor_msgs::Imu::ConstPtr message = instance.instantiate<sensor_msgs::Imu>();
       if (message == nullptr) throw std::runtime_error("another version of the type");
@@ -324,9 +307,7 @@ class BagFile : public ImageSequence {
     auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &counts_.imu_unreadable,
                                         &counts_.imu_repeated, &counts_.imu_out_of_order);
     counts_.imu_samples = static_cast<int>(samples.size());
-    if (ReadStatus status = checkCount(topic, counts_.imu_samples, kMinImuSamples); !status.ok()) {
-      return status;
-    }
+    checkCount(topic, counts_.imu_samples, kMinImuSamples);
     t0_ns_ = samples.front().stamp_ns;
     for (Stamped<ImuSample>& sample : samples) {
       sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
@@ -335,7 +316,6 @@ class BagFile : public ImageSequence {
     const ImuGaps gaps = findImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr);
     counts_.imu_gaps = gaps.count;
     note(gaps.note);
-    return {};
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
@@ -349,7 +329,7 @@ class BagFile : public ImageSequence {
     }
   }
 
-  ReadStatus readImageStamps(const std::string& topic) {
+  void readImageStamps(const std::string& topic) {
     image_view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
     // Messages themselves can be copied, but not moved about: sorted are their places.
     const auto read = [this](const rosbag::MessageInstance& message, std::size_t* place) {
@@ -366,7 +346,7 @@ class BagFile : public ImageSequence {
       image_stamps_ns_.push_back(image.stamp_ns);
       message_of_image_.push_back(image.value);
     }
-    return checkCount(topic, counts_.images, kMinImages);
+    checkCount(topic, counts_.images, kMinImages);
   }
 
   std::string file_;
@@ -456,9 +436,8 @@ class BagWriter : public SequenceWriter {
                          std_msgs::Header* header) const {
     constexpr std::int64_t kNsPerS = 1000000000;
     if (stamp_ns <= stream->last_ns || stamp_ns < 1 || stamp_ns / kNsPerS > 0xFFFFFFFFLL) {
-      return file_ + ": stamp " + std::to_string(stamp_ns) + " ns of " + frame +
-             " must be after the one before (" + std::to_string(stream->last_ns) +
-             " ns), at least 1 ns and less than 2^32 s";
+      return text(file_, ": stamp ", stamp_ns, " ns of ", frame, " must be after the one before (",
+                  stream->last_ns, " ns), at least 1 ns and less than 2^32 s");
     }
     stream->last_ns = stamp_ns;
     header->seq = stream->seq++;
@@ -495,7 +474,7 @@ std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopi
                                           const std::string& groundtruth_file, double max_imu_gap_s,
                                           ReadStatus* status) {
   auto bag = std::make_unique<BagFile>();
-  *status = bag->open(file, topics, groundtruth_file, max_imu_gap_s);
+  *status = statusOf([&] { bag->open(file, topics, groundtruth_file, max_imu_gap_s); });
   if (!status->ok()) return nullptr;
   return bag;
 }

@@ -10,8 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "datasets/csv_table.h"
 #include "slim_init/feature_tracker_lines/yaml_document.h"
-#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -26,18 +26,6 @@ constexpr double kMaxBodyImuDifference = 1e-6;
 
 // Our own addition to EuRoC's keys, named as in VINS-Mono's files; without it: a global shutter.
 constexpr const char* kReadoutKey = "rolling_shutter_tr";
-
-/// The first problem of a file. Thrown inside this file only.
-struct Problem {
-  std::string sentence;
-};
-
-template <typename... Parts>
-[[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream out;
-  (out << ... << parts);
-  throw Problem{out.str()};
-}
 
 /// A sensor.yaml file. It is plain YAML without the "%YAML:1.0" that OpenCV's parser insists on.
 class SensorFile {
@@ -91,7 +79,7 @@ class SensorFile {
     }
     Eigen::Matrix4d T_b_s;
     for (int r = 0; r < 4; ++r) {
-      for (int c = 0; c < 4; ++c) T_b_s(r, c) = data[static_cast<std::size_t>(4 * r + c)];
+      for (int c = 0; c < 4; ++c) T_b_s(r, c) = data[4 * r + c];
     }
     return T_b_s;
   }
@@ -206,15 +194,11 @@ void readFiles(const std::string& camera_file, const std::string& imu_file,
 }
 
 std::string transformYaml(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
-  std::ostringstream out;
-  out.precision(17);
-  out << "T_BS:\n  cols: 4\n  rows: 4\n  data: [";
+  std::string rows;
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) out << R(r, c) << ", ";
-    out << t(r) << ",\n         ";
+    rows += roundedText(17, R(r, 0), ", ", R(r, 1), ", ", R(r, 2), ", ", t(r), ",\n         ");
   }
-  out << "0.0, 0.0, 0.0, 1.0]\n";
-  return out.str();
+  return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + rows + "0.0, 0.0, 0.0, 1.0]\n";
 }
 
 }  // namespace
@@ -235,27 +219,24 @@ std::string readSensorYaml(const std::string& camera_file, const std::string& im
 
 std::string cameraSensorYaml(const WriterRig& rig) {
   const CameraParameters& camera = rig.camera;
-  std::ostringstream out;
-  out.precision(17);
-  out << "%YAML:1.0\nsensor_type: camera\ncomment: " << rig.comment
-      << "\n\n# Camera in the body frame, which is the IMU's.\n"
-      << transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c)
-      << "\nrate_hz: " << rig.image_rate_hz << "\nresolution: [" << camera.width << ", "
-      << camera.height
-      << "]\ncamera_model: " << (camera.model == CameraModel::kMei ? "omni" : "pinhole")
-      << "\nintrinsics: [";
-  if (camera.model == CameraModel::kMei) out << camera.xi << ", ";
-  out << camera.fx << ", " << camera.fy << ", " << camera.cx << ", " << camera.cy
-      << "]\ndistortion_model: "
-      << (camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential")
-      << "\ndistortion_coefficients: [";
-  for (std::size_t i = 0; i < 4; ++i) out << (i > 0 ? ", " : "") << camera.distortion[i];
-  out << "]\n";
-  if (rig.calibration.readout_s > 0.0) {
-    out << kReadoutKey << ": " << rig.calibration.readout_s
-        << "  # [s] from the first row to the last; the stamp is that of the middle row\n";
-  }
-  return out.str();
+  const bool omni = camera.model == CameraModel::kMei;
+  const auto& k = camera.distortion;
+  const double readout_s = rig.calibration.readout_s;
+  return roundedText(
+      17, "%YAML:1.0\nsensor_type: camera\ncomment: ", rig.comment,
+      "\n\n# Camera in the body frame, which is the IMU's.\n",
+      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nrate_hz: ", rig.image_rate_hz,
+      "\nresolution: [", camera.width, ", ", camera.height,
+      "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
+      omni ? roundedText(17, camera.xi, ", ") : "", camera.fx, ", ", camera.fy, ", ", camera.cx,
+      ", ", camera.cy, "]\ndistortion_model: ",
+      camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential",
+      "\ndistortion_coefficients: [", k[0], ", ", k[1], ", ", k[2], ", ", k[3], "]\n",
+      readout_s > 0.0
+          ? roundedText(17, kReadoutKey, ": ", readout_s,
+                        "  # [s] from the first row to the last; the stamp is that of the middle "
+                        "row\n")
+          : "");
 }
 
 std::string imuSensorYaml(const WriterRig& rig) {

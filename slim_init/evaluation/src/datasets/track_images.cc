@@ -2,7 +2,6 @@
 #include "slim_init/evaluation/track_images.h"
 
 #include <algorithm>
-#include <sstream>
 #include <unordered_set>
 #include <utility>
 
@@ -129,13 +128,11 @@ std::string trackImages(ImageSequence* images,
   summary->tracked = static_cast<int>(frames->size());
   collector.finish(summary);
   if (summary->tracked >= 2) return "";
-  std::ostringstream out;
-  out << images->name() << ": " << summary->tracked << " of " << total
-      << " images could be tracked (minimum 2): " << summary->outside_imu
-      << " lie outside the IMU data, " << summary->unreadable << " cannot be read, "
-      << summary->refused << " were refused";
-  if (!summary->first_problem.empty()) out << "; first: " << summary->first_problem;
-  return out.str();
+  return text(images->name(), ": ", summary->tracked, " of ", total,
+              " images could be tracked (minimum 2): ", summary->outside_imu,
+              " lie outside the IMU data, ", summary->unreadable, " cannot be read, ",
+              summary->refused, " were refused",
+              summary->first_problem.empty() ? "" : "; first: " + summary->first_problem);
 }
 
 }  // namespace slim_init::evaluation

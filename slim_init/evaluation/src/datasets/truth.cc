@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "reference_so3.h"
 #include "slim_init/evaluation/inertial_steps.h"
@@ -139,14 +138,13 @@ DerivedVelocities deriveVelocities(std::vector<NavState>* truth) {
     ++result.jumps;
     result.largest_jump_m = std::max(result.largest_jump_m, jump);
   }
-  std::ostringstream out;
-  out << "ground truth has no velocities; used are medians of the steps between the positions";
+  result.note =
+      "ground truth has no velocities; used are medians of the steps between the positions";
   if (result.jumps > 0) {
-    out.precision(2);
-    out << ", which jump " << result.jumps << " time" << (result.jumps > 1 ? "s" : "")
-        << ", by up to " << result.largest_jump_m << " m";
+    result.note +=
+        roundedText(2, ", which jump ", result.jumps, " time", result.jumps > 1 ? "s" : "",
+                    ", by up to ", result.largest_jump_m, " m");
   }
-  result.note = out.str();
   return result;
 }
 

@@ -31,43 +31,34 @@ std::string pigment(const Look& look) {
   const std::string map = "color_map{[0 " + dark + "][1 " + bright + "]}";
   const double middle = 0.5 * (look.bright + look.dark);
   const double size = look.size_m;
-  std::ostringstream out;
+  const std::string scale = text(" scale ", size, "}");
   switch (look.pattern) {
-    case Pattern::kPlain: out << "pigment{" << bright << "}"; break;
-    case Pattern::kPlaster: out << "pigment{bozo " << map << " scale " << size << "}"; break;
-    case Pattern::kGranite: out << "pigment{granite " << map << " scale " << size << "}"; break;
+    case Pattern::kPlain: return "pigment{" + bright + "}";
+    case Pattern::kPlaster: return "pigment{bozo " + map + scale;
+    case Pattern::kGranite: return "pigment{granite " + map + scale;
     case Pattern::kBricks:
       // Bricks differ a little, joints are even. The third size is so large that the surface lies
       // in the middle of one layer.
-      out << "pigment{brick pigment{" << dark << "} pigment{bozo color_map{[0 "
-          << grey(0.85 * look.bright) << "][1 " << grey(std::min(1.0, 1.15 * look.bright))
-          << "]} scale " << 0.3 * size << "} brick_size <" << size << ',' << 0.3 * size
-          << ",200> mortar " << 0.04 * size << " translate 100*z}";
-      break;
+      return text("pigment{brick pigment{", dark, "} pigment{bozo color_map{[0 ",
+                  grey(0.85 * look.bright), "][1 ", grey(std::min(1.0, 1.15 * look.bright)),
+                  "]} scale ", 0.3 * size, "} brick_size <", size, ',', 0.3 * size, ",200> mortar ",
+                  0.04 * size, " translate 100*z}");
     case Pattern::kTiles:
-      out << "pigment{gradient x pigment_map{[0.05 " << dark << "][0.05 gradient y color_map{[0.05 "
-          << dark << "][0.05 " << bright << "]}]} scale " << size << "}";
-      break;
-    case Pattern::kPlanks: {
-      const std::string grain = "bozo color_map{[0.3 " + grey(middle) + "][0.7 " + bright +
-                                "]} scale <1.5,0.06,1> warp{repeat y*1 offset <7.3,0,3.1>}";
-      out << "pigment{gradient y pigment_map{[0.04 " << dark << "][0.04 " << grain << "]} scale "
-          << size << "}";
-      break;
-    }
-    case Pattern::kMosaic:
-      out << "pigment{crackle solid " << map << " scale " << size << "}";
-      break;
+      return text("pigment{gradient x pigment_map{[0.05 ", dark,
+                  "][0.05 gradient y color_map{[0.05 ", dark, "][0.05 ", bright, "]}]}", scale);
+    case Pattern::kPlanks:
+      return text("pigment{gradient y pigment_map{[0.04 ", dark, "][0.04 bozo color_map{[0.3 ",
+                  grey(middle), "][0.7 ", bright,
+                  "]} scale <1.5,0.06,1> warp{repeat y*1 offset <7.3,0,3.1>}]}", scale);
+    case Pattern::kMosaic: return "pigment{crackle solid " + map + scale;
     case Pattern::kChecker:
-      out << "pigment{checker " << dark << " " << bright << " translate 0.5*z scale <" << size
-          << ',' << size << ",100>}";
-      break;
+      return text("pigment{checker ", dark, " ", bright, " translate 0.5*z scale <", size, ',',
+                  size, ",100>}");
     case Pattern::kStripes:
-      out << "pigment{gradient x color_map{[0.5 " << dark << "][0.5 " << bright << "]} scale "
-          << 2.0 * size << "}";
-      break;
+      return text("pigment{gradient x color_map{[0.5 ", dark, "][0.5 ", bright, "]} scale ",
+                  2.0 * size, "}");
   }
-  return out.str();
+  return "";
 }
 
 // Columns: the pattern's across, up and out in the solid's own axes. Flat solids carry their

@@ -20,6 +20,7 @@
 #include <thread>
 
 #include "slim_init/simulation/rendering.h"
+#include "slim_init/text.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -147,18 +148,15 @@ class Renderer::Impl {
       drawn = cv::imread(mine.string(), cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
     }
     if (drawn.empty() || drawn.cols != view_.width || drawn.rows != view_.height) {
-      std::ostringstream out;
-      out << "POV-Ray ";
-      if (failed && WIFEXITED(status_)) {
-        out << "failed with exit code " << WEXITSTATUS(status_);
-      } else if (failed) {
-        out << "was ended by signal " << (WIFSIGNALED(status_) ? WTERMSIG(status_) : 0);
-      } else {
-        out << "left no readable picture";
+      std::string what = "left no readable picture";
+      if (failed) {
+        what = WIFEXITED(status_)
+                   ? text("failed with exit code ", WEXITSTATUS(status_))
+                   : text("was ended by signal ", WIFSIGNALED(status_) ? WTERMSIG(status_) : 0);
       }
-      out << " at frame " << done_ + 1 << " of " << frames_
-          << "; its last lines:" << lastLines(folder_ / kLogFile, 8);
-      report(out.str(), error);
+      report(text("POV-Ray ", what, " at frame ", done_ + 1, " of ", frames_,
+                  "; its last lines:", lastLines(folder_ / kLogFile, 8)),
+             error);
       return {};
     }
     std::error_code ignored;
@@ -206,12 +204,10 @@ class Renderer::Impl {
   }
 
   std::string spawn(const std::string& program, const RenderOptions& options) {
-    std::ostringstream threshold;
-    threshold << 3.0 * options.antialias_threshold;  // POV-Ray adds up three colours
     std::vector<std::string> arguments = {
         program,
-        std::string("+I") + kSceneFile,
-        std::string("+O") + kPicturePrefix + ".png",
+        text("+I", kSceneFile),
+        text("+O", kPicturePrefix, ".png"),
         "+FN",
         "Grayscale_Output=on",
         "Bits_Per_Color=16",
@@ -233,7 +229,8 @@ class Renderer::Impl {
     if (options.antialias_depth > 1) {
       arguments.push_back("+AM2");
       arguments.push_back("-J");
-      arguments.push_back("+A" + threshold.str());
+      // POV-Ray adds up three colours.
+      arguments.push_back(text("+A", 3.0 * options.antialias_threshold));
       arguments.push_back("+R" + std::to_string(options.antialias_depth));
     } else {
       arguments.push_back("-A");

@@ -13,12 +13,12 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
-#include <sstream>
 #include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "slim_init/text.h"
 #include "slim_init/types.h"
 
 namespace slim_init::vins_adapter {
@@ -44,11 +44,7 @@ inline constexpr std::size_t kPointChannelCount = sizeof(kPointChannels) / sizeo
 
 template <typename... Parts>
 bool refuse(std::string* error, const Parts&... parts) {
-  if (error != nullptr) {
-    std::ostringstream out;
-    (out << ... << parts);
-    *error = out.str();
-  }
+  if (error != nullptr) *error = text(parts...);
   return false;
 }
 

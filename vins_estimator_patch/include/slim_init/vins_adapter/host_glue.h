@@ -20,7 +20,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "slim_init/vins_adapter/host_depth.h"
 #include "slim_init/vins_adapter/host_members.h"
 #include "slim_init/vins_adapter/host_state.h"
 

@@ -3,7 +3,7 @@
 // The estimator started from a method's estimate, over the seconds that follow it.
 #pragma once
 
-#include "slim_init/evaluation/downstream.h"
+#include "slim_init/evaluation/protocol.h"
 
 namespace slim_init::backend {
 

@@ -88,8 +88,8 @@ class ImageSequence {
   ImageSequence() = default;
 
   /// Reads a ground truth table (8 or 17 columns) into truth(), its flag, counts() and notes().
-  /// t0Ns() is known by then.
-  ReadStatus readTruth(const std::string& path);
+  /// t0Ns() is known by then. Throws what stands in the way (datasets/csv_table.h).
+  void readTruth(const std::string& path);
   /// Adds to notes(); an empty sentence is none.
   void note(const std::string& sentence);
 

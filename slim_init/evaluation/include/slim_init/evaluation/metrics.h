@@ -26,6 +26,19 @@ struct Similarity {
 std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
                             const std::vector<Eigen::Vector3d>& target, Similarity* similarity);
 
+/// target = R_z(yaw) source + t: the alignment of two worlds that share gravity and scale.
+struct HeadingAlignment {
+  double yaw = 0.0;  ///< [rad]
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d apply(const Eigen::Vector3d& p) const;
+};
+
+/// Least squares over positions; equal sizes, at least one. Yaw is zero where the points stand on
+/// one vertical.
+HeadingAlignment alignHeading(const std::vector<Eigen::Vector3d>& source,
+                              const std::vector<Eigen::Vector3d>& target);
+
 /// |s - 1| below this is a successful initialization (paper V-B, He et al. 2023).
 inline constexpr double kSuccessScaleError = 0.5;
 

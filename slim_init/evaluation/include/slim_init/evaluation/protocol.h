@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/evaluation/downstream.h"
 #include "slim_init/evaluation/metrics.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence.h"
@@ -17,6 +16,21 @@
 #include "slim_init/window_solver.h"
 
 namespace slim_init::evaluation {
+
+/// The end of one run. NaN where there is no ground truth or the run never began.
+struct DownstreamRecord {
+  bool ran = false;  ///< the estimate has states to start from, and the data reached far enough
+  bool diverged = false;      ///< the estimator's own failure detection, or an error above a bound
+  std::string message;        ///< of a run that diverged or never began: one sentence
+  double seconds = 0.0;       ///< from the last keyframe of the seed to the last state
+  double ate = kNotComputed;  ///< positions after alignment by position and heading [m]
+  double scale_error = kNotComputed;  ///< |s - 1| of the last window
+};
+
+/// Starts an estimator from an estimate and the keyframes it belongs to. Called once per method and
+/// window; has no memory.
+using DownstreamRunner =
+    std::function<DownstreamRecord(const Sequence& sequence, const InitResult& answer)>;
 
 /// Largest ProtocolOptions::threads.
 inline constexpr int kMaxThreads = 256;

@@ -14,9 +14,20 @@
 #include <string>
 
 #include "slim_init/ros/init_session.h"
-#include "slim_init/ros/messages.h"
 #include "slim_init/ros/stamp_clock.h"
 #include "slim_init/types.h"
+
+// ROS puts messages into the namespace of their package, where the library has an InitStatus and an
+// InitResult of its own: here the messages are called InitStatusMessage and InitResultMessage. The
+// types are the same; only the short names differ.
+#define InitStatus InitStatusMessage
+#define InitResult InitResultMessage
+#include <slim_init/InitGate.h>
+#include <slim_init/InitResult.h>
+#include <slim_init/InitStage.h>
+#include <slim_init/InitStatus.h>
+#undef InitStatus
+#undef InitResult
 
 namespace slim_init::node {
 

@@ -1,9 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Private parameters of a node: every one is named, typed, logged once; unknown ones are refused.
+// And its main().
 #pragma once
 
-#include <ros/node_handle.h>
+#include <ros/ros.h>
 
 #include <string>
 #include <vector>
@@ -52,5 +53,19 @@ class NodeParameters {
   std::vector<std::string> notes_;
   std::string problem_;
 };
+
+/// The main() of a node whose start() returns an empty string, or a message why it cannot run: the
+/// program then logs it and exits with code 2.
+template <typename Node>
+int runNode(int argc, char** argv, const char* name) {
+  ros::init(argc, argv, name);
+  Node node;
+  if (const std::string message = node.start(); !message.empty()) {
+    ROS_FATAL_STREAM(message);
+    return 2;
+  }
+  ros::spin();
+  return 0;
+}
 
 }  // namespace slim_init::node

@@ -10,24 +10,22 @@
 
 #include <cstdint>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "slim_init/ros/stamp_clock.h"
 #include "slim_init/stream_check.h"
+#include "slim_init/text.h"
 
 namespace slim_init::node {
 
 /// Adds one value to a diagnostic status.
 template <typename T>
 void addValue(const std::string& key, const T& value, diagnostic_msgs::DiagnosticStatus* status) {
-  std::ostringstream out;
-  out << value;
   status->values.emplace_back();
   status->values.back().key = key;
-  status->values.back().value = out.str();
+  status->values.back().value = text(value);
 }
 
 /// A status named "<node>: <part>" at level OK, with the message of that level.
