@@ -11,8 +11,8 @@
 namespace slim_init::backend {
 namespace {
 
-using testing_support::makeSimulatedSequence;
-using testing_support::SimulatedSequenceOptions;
+using makeSimulatedSequence;
+using SimulatedSequenceOptions;
 
 TEST(HeadingAlignment, FindsShiftAndHeading) {
   const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, 0.7));

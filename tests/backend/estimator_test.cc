@@ -19,9 +19,9 @@
 namespace slim_init::backend {
 namespace {
 
+using makeSimulatedSequence;
+using SimulatedSequenceOptions;
 using evaluation::Sequence;
-using testing_support::makeSimulatedSequence;
-using testing_support::SimulatedSequenceOptions;
 
 // Ten seconds of excited motion from the true states: 100 points at 0.6 px, EuRoC's IMU.
 constexpr double kSeconds = 5.0;  // after the seed [s]

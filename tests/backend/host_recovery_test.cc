@@ -90,11 +90,11 @@ void injectWrongState(TestHost* host) {
 /// Runs through a sequence with a failure every kEvery seconds.
 std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Failure failure,
                                    int places) {
-  testing_support::SimulatedSequenceOptions options;
+  SimulatedSequenceOptions options;
   options.motion = motion;
   options.seed = seed;
   options.duration_s = kEvery * (places + 1) + 1.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence(options);
   std::vector<Place> list;
   for (int k = 0; k < places; ++k) {
     Place place;
@@ -324,9 +324,9 @@ TEST(TestHostRecovery, FromWhatWasKnownInEveryMotion) {
 
 // A request in flight: served with the next frame, and the odometry frame stays.
 TEST(TestHostRecovery, OnRequest) {
-  testing_support::SimulatedSequenceOptions options;
+  SimulatedSequenceOptions options;
   options.duration_s = 8.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence(options);
   HostRun run(sequence, 0);
   bool requested = false;
   int served = 0;

@@ -21,8 +21,6 @@
 namespace slim_init::backend {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 struct Point {
   std::vector<std::pair<int, Eigen::Vector3d>> views;  ///< frame and bearing
   double lambda = 0.2;

@@ -39,10 +39,10 @@ struct Flight {
 // stamp of a frame, so that the sample which the frame needs is held back. At rate 1 if the host
 // waits for solves; in lock step if max_wait_ms is negative.
 Flight fly(double max_wait_ms) {
-  testing_support::SimulatedSequenceOptions simulated;
+  SimulatedSequenceOptions simulated;
   simulated.motion = "figure-eight";
   simulated.duration_s = kDuration;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(simulated);
+  const evaluation::Sequence sequence = makeSimulatedSequence(simulated);
   TestHostOptions options;
   options.adapter.max_wait_ms = max_wait_ms;
   HostRun run(sequence, 0, "slim", options);

@@ -17,8 +17,6 @@
 namespace slim_init::baselines {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class Baselines : public ::testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<WindowSolver> make(GateMode mode = GateMode::kOwn) const {
@@ -214,8 +212,8 @@ TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
 }
 
 TEST(BaselineOptions, TableHasEveryFieldAndValidateKeepsItsBounds) {
-  testing_support::expectBothSidesOfEveryBound<BaselineOptions>();
-  testing_support::expectEveryFieldHasARow<BaselineOptions>();
+  expectBothSidesOfEveryBound<BaselineOptions>();
+  expectEveryFieldHasARow<BaselineOptions>();
 }
 
 }  // namespace

@@ -605,8 +605,6 @@ TEST_F(ConfigErrors, KeyTwice) {
 
 // ------------------------------------------------------------------------ table and shipped files
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 TEST(ConfigTable, KeysAreUniqueAndExplained) {
   Config config;
   std::set<std::string> keys;

@@ -20,8 +20,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 InitResult solve(const std::string& method, const Config& config, const InitWindow& window) {
   std::string error;
   const auto solver = baselines::makeMethod(method, config.options, config.baselines, &error,

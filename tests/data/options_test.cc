@@ -16,8 +16,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 TEST(OptionTable, BothSidesOfEveryBound) {
   expectBothSidesOfEveryBound<WindowOptions, VanishingPointOptions, InitializerOptions, Calibration,
                               ImuNoise, ImuLimits>();

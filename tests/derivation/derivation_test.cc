@@ -29,7 +29,6 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 class Random {
  public:
@@ -147,7 +146,7 @@ TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
     const MatrixXd rows = eliminatedRows(line);
     ASSERT_EQ(rows.rows(), 2);
     EXPECT_LT(threeViewConstraints(line, 0, 1, 2, line.state).cwiseAbs().maxCoeff(), 1e-12);
-    const MatrixXd constraints = testing_support::numericJacobian(
+    const MatrixXd constraints = numericJacobian(
         [&](const VectorXd& d) -> VectorXd {
           VectorXd step = VectorXd::Zero(StateLayout(3).size());
           step.head<18>() = d;

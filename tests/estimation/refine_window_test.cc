@@ -21,8 +21,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
   ExactWindowOptions options;
   options.seed = seed;
@@ -37,7 +35,7 @@ RefinedWindow refine(const InitWindow& window, const WindowState& start,
   const InertialOptions inertial = dataSheetNoise();
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, Eigen::Vector3d::Zero(), inertial);
-  WorkBudget budget = testing_support::unlimitedBudget();
+  WorkBudget budget = unlimitedBudget();
   return refineWindow({window, pre, options, inertial, budget}, window.lineTracks(), start, mode);
 }
 
@@ -224,7 +222,7 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
   const auto lines = exact.window->lineTracks();
   const InertialOptions inertial = dataSheetNoise();
-  WorkBudget budget = testing_support::unlimitedBudget();
+  WorkBudget budget = unlimitedBudget();
   const RefinementInput input = {*exact.window, pre, options, inertial, budget};
   EXPECT_TRUE(refineWindow(input, lines, truth, StartMode::kFine).valid);
   pre[4].covariance.setZero();

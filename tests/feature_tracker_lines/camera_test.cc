@@ -120,9 +120,8 @@ TEST_P(CameraRoundTrip, BadArgumentsHaveNoAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, CameraRoundTrip,
-                         ::testing::Values(testing_support::eurocCamera(), widePinhole(),
-                                           CameraParameters(), kannalaBrandt(), mei(),
-                                           meiBelowOne()));
+                         ::testing::Values(eurocCamera(), widePinhole(), CameraParameters(),
+                                           kannalaBrandt(), mei(), meiBelowOne()));
 
 // OpenCV as an independent reference, on a grid of rays up to `x` and `y` beside the axis.
 // `project` takes the ray, K and the distortion.
@@ -145,7 +144,7 @@ void expectAsOpenCv(const CameraParameters& p, double x_end, double y_end, const
 
 TEST(Camera, PinholeAndKannalaBrandtProjectAsOpenCv) {
   const cv::Vec3d zero(0, 0, 0);
-  expectAsOpenCv(testing_support::eurocCamera(), 0.6, 0.4,
+  expectAsOpenCv(eurocCamera(), 0.6, 0.4,
                  [&](const auto& ray, const auto& k, const auto& d, auto* pixels) {
                    cv::projectPoints(ray, zero, zero, k, d, *pixels);
                  });
@@ -156,7 +155,7 @@ TEST(Camera, PinholeAndKannalaBrandtProjectAsOpenCv) {
 }
 
 TEST(Camera, MeiWithoutMirrorIsAPinhole) {
-  CameraParameters p = testing_support::eurocCamera();
+  CameraParameters p = eurocCamera();
   const Camera reference(p);
   p.model = CameraModel::kMei;
   p.xi = 0.0;
@@ -196,7 +195,7 @@ TEST(Camera, FisheyeSeesBehindTheImagePlane) {
 // Far off the axis barrel distortion turns back: rays from there land inside the image again, on
 // top of the true ones, and must not be reported as seen.
 TEST(Camera, FoldedRaysAreNotSeen) {
-  CameraParameters p = testing_support::eurocCamera();
+  CameraParameters p = eurocCamera();
   p.distortion = {-0.3, 0.0, 0.0, 0.0};
   const Camera camera(p);
   const double fold = std::sqrt(1.0 / 0.9);  // 1 - 0.9 r^2 = 0

@@ -19,9 +19,9 @@
 namespace slim_init {
 namespace {
 
+using eurocCalibration;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using testing_support::eurocCalibration;
 
 constexpr double kDuration = 3.2;    // [s]
 constexpr double kImageRate = 10.0;  // [Hz], as hosts have it
@@ -186,7 +186,7 @@ FirstAnswer ask(const Recording& recording, const InitializerOptions& options) {
     answer.accepted = true;
     answer.at_s = frame.t;
     answer.warnings = result.warnings;
-    answer.scale_error = std::abs(testing_support::scaleError(result.states, truth));
+    answer.scale_error = std::abs(scaleError(result.states, truth));
     return answer;
   }
   return answer;

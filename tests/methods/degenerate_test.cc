@@ -11,8 +11,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class Degenerate : public ::testing::TestWithParam<std::string> {
  protected:
   InitResult solve(const ExactWindow& exact, GateMode mode = GateMode::kOn) const {

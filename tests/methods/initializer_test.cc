@@ -18,7 +18,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 // Ten keyframes at 0.22 s.

@@ -11,8 +11,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kRelative = 1e-6;
 
 baselines::BaselineOptions withoutEquation11() {

@@ -15,8 +15,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 // Accelerations of 1.4 m/s^2 over 2.25 s, 100 points at 0.6 px, EuRoC's IMU, no accelerometer bias.
 constexpr double kMedianScaleError = 0.03;
 constexpr double kWorstScaleError = 0.12;

@@ -35,8 +35,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kDeg = M_PI / 180.0;
 
 // Standard deviations of a host's state in flight.

@@ -14,8 +14,6 @@
 namespace slim_init::simulation {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kDegree = 3.141592653589793 / 180.0;
 
 Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {

@@ -11,7 +11,10 @@
 #include "slim_init/init_window.h"
 #include "slim_init/types.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
+
+/// The helpers of the tests are in slim_init; this is the longer name of the same.
+namespace testing_support = ::slim_init;
 
 /// kFromRest stands still for ExactWindowOptions::rest_s and is then excited.
 enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRest };
@@ -100,4 +103,4 @@ double scaleError(const std::vector<NavState>& estimate, const std::vector<NavSt
 /// Angle between estimated and true gravity in the first body frame [rad].
 double gravityErrorRad(const Eigen::Vector3d& gravity_b0, const NavState& first_truth);
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -18,7 +18,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;    // NOLINT: the vocabulary of these tests
 using namespace verdict_constants;  // NOLINT: the constants under test
 
 const GateOptions kOptions;

@@ -19,8 +19,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kG = 9.81007;
 
 constexpr int kImages = 21;  // at 20 Hz: 1 s

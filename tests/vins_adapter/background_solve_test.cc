@@ -25,7 +25,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Clock = std::chrono::steady_clock;
 
 constexpr int kFrames = 60;

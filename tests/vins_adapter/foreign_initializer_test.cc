@@ -21,8 +21,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 /// Knows the true state of every frame (in a world of its own, turned about z and shifted) and
 /// keeps what it was given in plain vectors.
 class Oracle : public IInitializer {

@@ -16,8 +16,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 ExactWindowOptions tenHertz() {
   ExactWindowOptions options;
   options.keyframes = 35;

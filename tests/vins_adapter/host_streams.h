@@ -17,8 +17,8 @@ using host_health::kHostFrames;
 
 /// The frames from `first` to `last`, each after the samples of `imu` up to the first one after it.
 /// `next`: the first sample that the adapter does not have yet.
-inline void feed(const testing_support::ExactWindow& exact, const std::vector<ImuSample>& imu,
-                 int first, int last, std::size_t* next, HostAdapter* adapter) {
+inline void feed(const ExactWindow& exact, const std::vector<ImuSample>& imu, int first, int last,
+                 std::size_t* next, HostAdapter* adapter) {
   for (int k = first; k <= last; ++k) {
     while (*next < imu.size() && (*next == 0 || imu[*next - 1].t < exact.truth[k].t)) {
       const ImuSample& sample = imu[(*next)++];
@@ -29,8 +29,7 @@ inline void feed(const testing_support::ExactWindow& exact, const std::vector<Im
 }
 
 /// Stamps of the host's window whose newest frame is `last`.
-inline std::vector<double> stampsOf(const testing_support::ExactWindow& exact, int last,
-                                    int count = kHostFrames) {
+inline std::vector<double> stampsOf(const ExactWindow& exact, int last, int count = kHostFrames) {
   std::vector<double> stamps;
   for (int k = std::max(0, last - count + 1); k <= last; ++k) {
     stamps.push_back(exact.keyframes[k].t);

@@ -25,8 +25,7 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace host_health;      // NOLINT: the vocabulary of these tests
-using namespace testing_support;  // NOLINT: likewise
+using namespace host_health;  // NOLINT: the vocabulary of these tests
 
 class AdapterInFlight : public ::testing::Test {
  protected:

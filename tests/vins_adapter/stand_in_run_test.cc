@@ -24,8 +24,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 const int kNewest = WINDOW_SIZE;
 const char kNoLines[] = "warn: slim_init: no line features received";
 

@@ -9,8 +9,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 // Truth that is the preintegrator's own, so that forward and backward have to meet to rounding.
 class StateAtTest : public ::testing::Test {
  protected:
