@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -26,25 +25,15 @@ CameraParameters widePinhole() {  // corners at 60 degrees and more, heavily dis
 }
 
 CameraParameters kannalaBrandt() {  // a 512 px fisheye of about 190 degrees, TUM-VI like
-  CameraParameters p;
+  CameraParameters p = cameraOf(512, 512, 190.978, 190.973, 254.931, 256.897);
   p.model = CameraModel::kKannalaBrandt;
-  p.width = 512;
-  p.height = 512;
-  p.fx = 190.978;
-  p.fy = 190.973;
-  p.cx = 254.931;
-  p.cy = 256.897;
   p.distortion = {0.0034, 0.0008, -0.0020, 0.0004};
   return p;
 }
 
 CameraParameters mei() {  // wide angle, mirror parameter above one
-  CameraParameters p;
+  CameraParameters p = cameraOf(752, 480, 850.0, 848.0, 370.0, 245.0);
   p.model = CameraModel::kMei;
-  p.fx = 850.0;
-  p.fy = 848.0;
-  p.cx = 370.0;
-  p.cy = 245.0;
   p.distortion = {-0.12, 0.05, 0.0008, -0.0004};
   p.xi = 1.25;
   return p;
