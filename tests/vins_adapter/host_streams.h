@@ -9,6 +9,7 @@
 
 #include "host_health/flight.h"
 #include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
 
 namespace slim_init::vins_adapter {
@@ -35,6 +36,13 @@ inline std::vector<double> stampsOf(const ExactWindow& exact, int last, int coun
     stamps.push_back(exact.keyframes[k].t);
   }
   return stamps;
+}
+
+/// The true states from frame `first` to `last`.
+inline std::vector<HostState> statesOf(const ExactWindow& exact, int first, int last) {
+  std::vector<HostState> states;
+  for (int k = first; k <= last; ++k) states.push_back(toHostState(exact.truth[k], 0.0));
+  return states;
 }
 
 }  // namespace slim_init::vins_adapter
