@@ -8,7 +8,6 @@
 #include <Eigen/Dense>
 #include <map>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "anchor_cost.h"
