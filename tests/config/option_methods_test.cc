@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"

@@ -47,8 +47,7 @@ class Random {
   std::normal_distribution<double> normal_;
 };
 
-// ---- lines
-// ---------------------------------------------------------------------------------------
+// ---- lines --------------------------------------------------------------------------------------
 
 // A line and cameras that see it without noise; the camera is the body.
 struct LineViews {
@@ -168,8 +167,7 @@ TEST(Lines, MoreViewsAddTwoRowsEach) {
   }
 }
 
-// ---- rotation
-// ------------------------------------------------------------------------------------
+// ---- rotation -----------------------------------------------------------------------------------
 
 constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
 
@@ -252,8 +250,7 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
   EXPECT_GT(eigenvalue, 7.0 * noise_of_a_mean);
 }
 
-// ---- observability
-// -------------------------------------------------------------------------------
+// ---- observability ------------------------------------------------------------------------------
 
 // What the window holds, and how it moves: position in b0 at a time.
 struct MotionCase {

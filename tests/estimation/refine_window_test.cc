@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <set>
 
 #include "estimation/posterior.h"
 #include "geometry/so3.h"
@@ -47,8 +46,7 @@ double scaleError(const RefinedWindow& refined, const WindowState& truth) {
   return std::abs(spread(refined.state) / spread(truth) - 1.0);
 }
 
-// ---- noise of the data
-// ----------------------------------------------------------------------------
+// ---- noise of the data --------------------------------------------------------------------------
 
 TEST(RefineWindow, NoiseIsThatOfTheData) {
   // The calibration says 0.6 px throughout.
@@ -85,8 +83,7 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
 }
 
-// ---- rejection
-// ------------------------------------------------------------------------------------
+// ---- rejection ----------------------------------------------------------------------------------
 
 TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   const ExactWindow exact = makeExactWindow(noisy(5));
@@ -203,8 +200,7 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
   EXPECT_TRUE(!wrong.valid || wrong.median_chi2 > 2.0) << wrong.median_chi2;
 }
 
-// ---- input that is no use
-// -------------------------------------------------------------------------
+// ---- input that is no use -----------------------------------------------------------------------
 
 TEST(RefineWindow, AStartThatIsNotFiniteIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
@@ -229,8 +225,7 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   EXPECT_FALSE(refineWindow(input, lines, truth, StartMode::kFine).valid);
 }
 
-// ---- biases and lines
-// -----------------------------------------------------------------------------
+// ---- biases and lines ---------------------------------------------------------------------------
 
 TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   const ExactWindow exact = makeExactWindow(noisy(9));

@@ -5,12 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
-#include <vector>
 
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
