@@ -11,9 +11,6 @@
 namespace slim_init::backend {
 namespace {
 
-using testing_support::makeSimulatedSequence;
-using testing_support::SimulatedSequenceOptions;
-
 TEST(HeadingAlignment, FindsShiftAndHeading) {
   const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, 0.7));
   const Eigen::Vector3d t(1.0, -2.0, 0.5);
@@ -47,9 +44,7 @@ TEST(WindowScaleError, NeedsMotion) {
 }
 
 TEST(Downstream, SaysWhyItDidNotRun) {
-  SimulatedSequenceOptions options;
-  options.duration_s = 5.0;
-  const evaluation::Sequence sequence = makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", 5.0});
   InitResult answer;
   auto record = runDownstream(sequence, answer, 5.0);
   EXPECT_FALSE(record.ran);
@@ -67,9 +62,7 @@ TEST(Downstream, SaysWhyItDidNotRun) {
 
 // The world of the answer is its own: shifted and turned about the vertical it gives the same.
 TEST(Downstream, DoesNotSeeOriginAndHeading) {
-  SimulatedSequenceOptions simulation;
-  simulation.duration_s = 7.0;
-  const evaluation::Sequence sequence = makeSimulatedSequence(simulation);
+  const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", 7.0});
   InitResult answer, moved;
   const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, 1.0));
   for (std::size_t k = 0; k < 10; ++k) {

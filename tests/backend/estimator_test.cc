@@ -3,7 +3,6 @@
 // The estimator by itself: what a good seed becomes, what a wrong one, and what is dropped.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -20,8 +19,6 @@ namespace slim_init::backend {
 namespace {
 
 using evaluation::Sequence;
-using testing_support::makeSimulatedSequence;
-using testing_support::SimulatedSequenceOptions;
 
 // Ten seconds of excited motion from the true states: 100 points at 0.6 px, EuRoC's IMU.
 constexpr double kSeconds = 5.0;  // after the seed [s]
@@ -29,11 +26,7 @@ constexpr double kAte = 0.05;     // [m]
 constexpr double kScaleError = 0.02;
 
 Sequence sequenceOf(const std::string& motion, unsigned seed, double duration_s) {
-  SimulatedSequenceOptions options;
-  options.motion = motion;
-  options.seed = seed;
-  options.duration_s = duration_s;
-  return makeSimulatedSequence(options);
+  return makeSimulatedSequence({motion, duration_s, seed});
 }
 
 /// The true states of ten frames, two images apart, as an initializer would give them.
@@ -60,11 +53,7 @@ TEST_P(Estimator, KeepsTheScaleForTenSeconds) {
 
 // A tenth of the tracks slides off: the loss has to hold them.
 TEST_P(Estimator, HoldsOutliers) {
-  SimulatedSequenceOptions simulation;
-  simulation.motion = GetParam();
-  simulation.duration_s = 9.0;
-  simulation.outlier_rate = 0.1;
-  const Sequence sequence = makeSimulatedSequence(simulation);
+  const Sequence sequence = makeSimulatedSequence({GetParam(), 9.0, 1, 0.1});
   const auto record = runDownstream(sequence, trueAnswer(sequence), kSeconds);
   ASSERT_TRUE(record.ran) << record.message;
   EXPECT_FALSE(record.diverged) << record.message;

@@ -17,8 +17,6 @@
 namespace slim_init::backend {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kStep = 1e-6;
 constexpr double kTolerance = 1e-6;
 

@@ -52,20 +52,24 @@ double headingOf(const Eigen::Matrix3d& R) {
   return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
 }
 
-bool isHealthy(const NavState& state, const NavState& truth) {
-  const double velocity_error =
-      (state.R_w_b.transpose() * state.v_w_b - truth.R_w_b.transpose() * truth.v_w_b).norm();
-  const Eigen::Vector3d up = state.R_w_b.row(2), true_up = truth.R_w_b.row(2);
-  const double tilt = kRadToDeg * std::atan2(up.cross(true_up).norm(), up.dot(true_up));
-  return velocity_error < kVelocityError && tilt < kTiltDeg;
+/// Errors of a state in the body: of the velocity [m/s], and of the vertical [deg].
+struct BodyError {
+  BodyError(const NavState& state, const NavState& truth)
+      : velocity((state.R_w_b.transpose() * state.v_w_b - truth.R_w_b.transpose() * truth.v_w_b)
+                     .norm()) {
+    const Eigen::Vector3d up = state.R_w_b.row(2), true_up = truth.R_w_b.row(2);
+    tilt_deg = kRadToDeg * std::atan2(up.cross(true_up).norm(), up.dot(true_up));
+  }
+  double velocity, tilt_deg = 0.0;
+};
+
+bool isHealthy(const BodyError& error) {
+  return error.velocity < kVelocityError && error.tilt_deg < kTiltDeg;
 }
 
 /// What a host can go on with.
-bool canContinue(const NavState& state, const NavState& truth) {
-  const Eigen::Vector3d true_v = truth.R_w_b.transpose() * truth.v_w_b;
-  const Eigen::Vector3d up = state.R_w_b.row(2), true_up = truth.R_w_b.row(2);
-  return (state.R_w_b.transpose() * state.v_w_b - true_v).norm() < 0.25 + 0.15 * true_v.norm() &&
-         kRadToDeg * std::atan2(up.cross(true_up).norm(), up.dot(true_up)) < 3.0;
+bool canContinue(const BodyError& error, const NavState& truth) {
+  return error.velocity < 0.25 + 0.15 * truth.v_w_b.norm() && error.tilt_deg < 3.0;
 }
 
 /// Motions in which no initializer can start: the host is started with the truth.
@@ -90,11 +94,8 @@ void injectWrongState(TestHost* host) {
 /// Runs through a sequence with a failure every kEvery seconds.
 std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Failure failure,
                                    int places) {
-  testing_support::SimulatedSequenceOptions options;
-  options.motion = motion;
-  options.seed = seed;
-  options.duration_s = kEvery * (places + 1) + 1.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence =
+      makeSimulatedSequence({motion, kEvery * (places + 1) + 1.0, seed});
   std::vector<Place> list;
   for (int k = 0; k < places; ++k) {
     Place place;
@@ -181,7 +182,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
         place.messages += " | " + step->message;
       }
       if (t >= place.end - 1e-6) {
-        if (!step->tracking || !canContinue(step->state, run.truth())) {
+        if (!step->tracking || !canContinue({step->state, run.truth()}, run.truth())) {
           place.healthy_after = std::numeric_limits<double>::infinity();
           place.scale_error = kNotComputed;
         } else {
@@ -190,7 +191,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
         }
       }
       if (t >= place.end + kRecoveredAfter - 1e-6) {
-        place.good = place.good && step->tracking && isHealthy(step->state, run.truth());
+        place.good = place.good && step->tracking && isHealthy({step->state, run.truth()});
         place.silent_scale =
             place.silent_scale || (step->tracking && run.scaleErrorOrZero() > kScaleError);
         if (std::isnan(place.jump) && step->tracking) {
@@ -278,11 +279,6 @@ TEST(TestHostRecovery, NeverAWrongScaleInACorridor) {
   }
 }
 
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * values.size()))];
-}
-
 // With the state of before as prior it needs no window of its own, and no excitation. The times are
 // the bounds of the project.
 TEST(TestHostRecovery, FromWhatWasKnownInEveryMotion) {
@@ -324,9 +320,7 @@ TEST(TestHostRecovery, FromWhatWasKnownInEveryMotion) {
 
 // A request in flight: served with the next frame, and the odometry frame stays.
 TEST(TestHostRecovery, OnRequest) {
-  testing_support::SimulatedSequenceOptions options;
-  options.duration_s = 8.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", 8.0});
   HostRun run(sequence, 0);
   bool requested = false;
   int served = 0;

@@ -3,6 +3,7 @@
 // A test host fed from a simulated sequence, frame by frame.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -16,6 +17,12 @@
 #include "slim_init/initializer.h"
 
 namespace slim_init::backend {
+
+/// Order statistic of values that may be infinite.
+inline double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * values.size()))];
+}
 
 class HostRun {
  public:

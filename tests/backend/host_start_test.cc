@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -58,10 +57,7 @@ Start startAt(const evaluation::Sequence& sequence, std::size_t first_frame) {
 TEST(TestHostStart, FiftyStartsInExcitedMotion) {
   std::vector<double> times, ates;
   for (const char* motion : {"figure-eight", "circle"}) {
-    testing_support::SimulatedSequenceOptions options;
-    options.motion = motion;
-    options.duration_s = 26.0;
-    const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+    const evaluation::Sequence sequence = makeSimulatedSequence({motion, 26.0});
     for (std::size_t k = 0; k < 25; ++k) {
       const Start start = startAt(sequence, 5 + 8 * k);
       ASSERT_FALSE(std::isnan(start.first_state_s)) << motion << ", start " << k;
@@ -83,10 +79,7 @@ TEST(TestHostStart, FiftyStartsInExcitedMotion) {
 
 // At rest there is no scale: the host waits, with a reason.
 TEST(TestHostStart, WaitsAtRest) {
-  testing_support::SimulatedSequenceOptions options;
-  options.motion = "hover";
-  options.duration_s = 5.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence({"hover", 5.0});
   HostRun run(sequence, 5);
   std::string message;
   while (const HostStep* step = run.next()) {
@@ -99,10 +92,7 @@ TEST(TestHostStart, WaitsAtRest) {
 }
 
 TEST(TestHostStart, RunsAnyInitializer) {
-  testing_support::SimulatedSequenceOptions options;
-  options.motion = "circle";
-  options.duration_s = 6.0;
-  const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
+  const evaluation::Sequence sequence = makeSimulatedSequence({"circle", 6.0});
   HostRun run(sequence, 5, "drt-l");
   bool seeded = false;
   while (const HostStep* step = run.next()) seeded = seeded || step->seeded;

@@ -8,7 +8,6 @@
 #include <Eigen/Dense>
 #include <map>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "geometry/so3.h"
@@ -19,8 +18,6 @@
 
 namespace slim_init::backend {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 struct Point {
   std::vector<std::pair<int, Eigen::Vector3d>> views;  ///< frame and bearing

@@ -9,7 +9,7 @@
 #include "slim_init/simulation/trajectory.h"
 #include "support/exact_window.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 namespace {
 
 constexpr double kImageRate = 10.0;  // [Hz]; what VINS-Mono's tracker hands to its estimator
@@ -20,7 +20,7 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   evaluation::Sequence sequence;
   sequence.name = options.motion;
   sequence.calibration = eurocCalibration();
-  sequence.calibration.sigma_px = std::max(options.pixel_noise, 0.1);
+  sequence.calibration.sigma_px = simulation::FeatureSimulationOptions().pixel_noise;
   const auto trajectory = simulation::makeBuiltinTrajectory(
       options.motion, options.duration_s, sequence.calibration.R_b_c, options.seed);
   if (trajectory == nullptr) return sequence;
@@ -46,8 +46,6 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   simulation::WorldOptions world;
   world.seed = options.seed;
   simulation::FeatureSimulationOptions features;
-  features.max_points = options.points;
-  features.pixel_noise = options.pixel_noise;
   features.outlier_rate = options.outlier_rate;
   features.track_life = 1.8 * kImageRate;  // [frames]; 36 at 20 Hz by default
   features.seed = options.seed;
@@ -56,4 +54,4 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   return sequence;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -7,19 +7,17 @@
 
 #include "slim_init/evaluation/sequence.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 struct SimulatedSequenceOptions {
   std::string motion = "figure-eight";  ///< simulation::builtinTrajectoryNames()
   double duration_s = 20.0;
-  int points = 100;
-  double pixel_noise = 0.6;   ///< [px]
-  double outlier_rate = 0.0;  ///< share of tracks that slide off
   unsigned seed = 1;
+  double outlier_rate = 0.0;  ///< share of tracks that slide off
 };
 
 /// EuRoC's rig; truth at every frame, with the simulated biases. An unknown motion gives an empty
 /// sequence.
 evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& options);
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -3,7 +3,6 @@
 // Parts of the compared systems: structure from motion, closed form, maximum likelihood.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <numeric>
 
 #include "closed_form.h"
@@ -17,15 +16,11 @@
 namespace slim_init::baselines {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 std::vector<Eigen::Matrix3d> cameraRotationsOf(const ExactWindow& exact) {
   const WindowState truth = trueState(exact);
   const Eigen::Matrix3d& R_b_c = exact.calibration.R_b_c;
   std::vector<Eigen::Matrix3d> rotations;
-  for (const Eigen::Matrix3d& R : truth.R_b0_bk) {
-    rotations.push_back(R_b_c.transpose() * R * R_b_c);
-  }
+  for (const Eigen::Matrix3d& R : truth.R_b0_bk) rotations.push_back(R_b_c.transpose() * R * R_b_c);
   return rotations;
 }
 

@@ -6,18 +6,16 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <thread>
 
-#include "support/exact_window.h"
+#include "methods/method_checks.h"
 #include "support/method_name.h"
 #include "support/option_checks.h"
 #include "support/same_result.h"
+#include "support/text_parts.h"
 
 namespace slim_init::baselines {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 class Baselines : public ::testing::TestWithParam<std::string> {
  protected:
@@ -44,41 +42,16 @@ TEST_P(Baselines, RecoverNoiseFreeWindows) {
       options.interval_s = interval;
       const ExactWindow exact = makeExactWindow(options);
       SCOPED_TRACE("seed " + std::to_string(seed) + ", interval " + std::to_string(interval));
-      const InitResult result = solve(exact);
-      ASSERT_TRUE(result.success()) << result.message;
-      double path = 0.0, speed = 0.0;
-      for (const NavState& state : exact.truth) {
-        speed = std::max(speed, state.v_w_b.norm());
-        path = std::max(path, (state.p_w_b - exact.truth[0].p_w_b).norm());
-      }
-      EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), kNoiseFree);
-      EXPECT_LT(gravityErrorRad(result.gravity_b0, exact.truth[0]), kNoiseFree);
-      EXPECT_LT(velocityRmse(result.states, exact.truth), kNoiseFree * speed);
-      EXPECT_LT(positionRmse(result.states, exact.truth), kNoiseFree * path);
-      EXPECT_LT((result.gyro_bias - options.gyro_bias).norm(),
-                kNoiseFree * options.gyro_bias.norm());
-      EXPECT_LT(result.states[0].p_w_b.norm(), 1e-12);
+      expectRecovered(exact, solve(exact), kNoiseFree);
     }
   }
 }
 
-// Accelerations of 1.4 m/s^2 over 2.25 s, 100 points at 0.6 px, EuRoC's IMU, no accelerometer bias.
-constexpr double kMedianScaleError = 0.03;
-constexpr double kMedianGravityErrorDeg = 1.0;
-
 TEST_P(Baselines, StayWithinToleranceWithNoise) {
-  std::vector<double> scale, gravity;
-  for (unsigned seed = 1; seed <= 20; ++seed) {
-    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
-    const InitResult result = solve(exact);
-    ASSERT_TRUE(result.hasEstimate()) << "seed " << seed << ": " << result.message;
-    scale.push_back(std::abs(scaleError(result.states, exact.truth)));
-    gravity.push_back(gravityErrorRad(result.gravity_b0, exact.truth[0]) * 180.0 / M_PI);
-  }
-  std::sort(scale.begin(), scale.end());
-  std::sort(gravity.begin(), gravity.end());
-  EXPECT_LT(scale[10], kMedianScaleError);
-  EXPECT_LT(gravity[10], kMedianGravityErrorDeg);
+  const NoisyErrors errors(*make(), 20);
+  ASSERT_EQ(errors.scale.size(), 20u);
+  EXPECT_LT(errors.scale[10], 0.03);
+  EXPECT_LT(errors.gravity_deg[10], 1.0);
 }
 
 TEST_P(Baselines, ReportStagesAndCounts) {
@@ -124,13 +97,7 @@ TEST_P(Baselines, RefuseWindowsWithTooFewKeyframes) {
 }
 
 TEST_P(Baselines, SurviveParallelBearings) {
-  ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  for (FrameObservation& frame : exact.keyframes) {
-    for (PointObservation& point : frame.points) point.bearing = Eigen::Vector3d::UnitZ();
-  }
-  exact.window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
-  ASSERT_NE(exact.window, nullptr);
-  const InitResult result = solve(exact, GateMode::kOn);
+  const InitResult result = make(GateMode::kOn)->solve(*windowOfParallelBearings());
   EXPECT_NE(result.status, InitStatus::kSuccess) << result.message;
 }
 
@@ -160,26 +127,22 @@ TEST_P(Baselines, DoNotCareForYawAndOriginOfTheWorld) {
   EXPECT_LT((a.gravity_b0 - b.gravity_b0).norm(), kNoiseFree * 9.81);
 }
 
-TEST(VinsRefusals, HoverHasTooLittleParallax) {
-  ExactWindowOptions options;
-  options.motion = Motion::kHover;
-  options.pixel_noise = 0.6;
-  const InitResult result = makeMethod("vins", InitializerOptions(), {}, nullptr, allMethods())
-                                ->solve(*makeExactWindow(options).window);
-  EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation) << result.message;
-  EXPECT_NE(result.message.find("(minimum 30)"), std::string::npos) << result.message;
-  EXPECT_FALSE(result.hasEstimate());
-}
-
-TEST(OpenVinsRefusals, WithoutRotationItWaits) {
-  ExactWindowOptions options;
-  options.motion = Motion::kConstantVelocity;
-  options.gyro_bias.setZero();
-  const InitResult result = makeMethod("openvins", InitializerOptions(), {}, nullptr, allMethods())
-                                ->solve(*makeExactWindow(options).window);
-  EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation) << result.message;
-  EXPECT_NE(result.message.find("(minimum 10)"), std::string::npos) << result.message;
-  EXPECT_FALSE(result.hasEstimate());
+// The refusals of the methods themselves.
+TEST(BaselineRefusals, VinsAtHoverAndOpenVinsWithoutRotation) {
+  ExactWindowOptions hover, straight;
+  hover.motion = Motion::kHover;
+  hover.pixel_noise = 0.6;
+  straight.motion = Motion::kConstantVelocity;
+  straight.gyro_bias.setZero();
+  const std::tuple<const char*, ExactWindowOptions, const char*> cases[] = {
+      {"vins", hover, "(minimum 30)"}, {"openvins", straight, "(minimum 10)"}};
+  for (const auto& [method, options, bound] : cases) {
+    const InitResult result = makeMethod(method, InitializerOptions(), {}, nullptr, allMethods())
+                                  ->solve(*makeExactWindow(options).window);
+    EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation) << result.message;
+    expectParts(result.message, bound);
+    EXPECT_FALSE(result.hasEstimate());
+  }
 }
 
 TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
@@ -192,30 +155,30 @@ TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
   EXPECT_EQ(makeMethod("vins", InitializerOptions(), {}, &error), nullptr);
   EXPECT_EQ(error,
             "unknown method \"vins\", must be one of: slim slim-paper drt-l drt-t drt-vi-ba");
-  BaselineOptions bad;
-  bad.vins.ransac_threshold_px = 0.0;
-  EXPECT_EQ(makeMethod("vins", InitializerOptions(), bad, &error, allMethods()), nullptr);
-  EXPECT_NE(error.find("vins.ransac_threshold_px is 0"), std::string::npos) << error;
-  bad = BaselineOptions();
-  bad.openvins.sigma_px = -1.0;
-  EXPECT_EQ(makeMethod("openvins", InitializerOptions(), bad, &error, allMethods()), nullptr);
-  EXPECT_NE(error.find("openvins.sigma_px is -1"), std::string::npos) << error;
-  bad = BaselineOptions();
-  bad.alignment_gates.min_linkage = 0.0;
-  EXPECT_EQ(makeMethod("vins", InitializerOptions(), bad, &error, allMethods()), nullptr);
-  EXPECT_NE(error.find("alignment_gates.min_linkage"), std::string::npos) << error;
-  InitializerOptions initializer;
-  initializer.gates.min_excitation = -1.0;
-  EXPECT_EQ(makeMethod("vins", initializer, BaselineOptions(), &error, allMethods()), nullptr);
-  EXPECT_NE(error.find("gates.min_excitation"), std::string::npos) << error;
+  const auto refused = [&error](const char* method, const std::string& message,
+                                void (*spoil)(InitializerOptions*, BaselineOptions*)) {
+    InitializerOptions options;
+    BaselineOptions baselines;
+    spoil(&options, &baselines);
+    EXPECT_EQ(makeMethod(method, options, baselines, &error, allMethods()), nullptr);
+    expectParts(error, message);
+  };
+  refused("vins", "vins.ransac_threshold_px is 0",
+          [](auto*, BaselineOptions* bad) { bad->vins.ransac_threshold_px = 0.0; });
+  refused("openvins", "openvins.sigma_px is -1",
+          [](auto*, BaselineOptions* bad) { bad->openvins.sigma_px = -1.0; });
+  refused("vins", "alignment_gates.min_linkage",
+          [](auto*, BaselineOptions* bad) { bad->alignment_gates.min_linkage = 0.0; });
+  refused("vins", "gates.min_excitation",
+          [](InitializerOptions* bad, auto*) { bad->gates.min_excitation = -1.0; });
   for (const std::string& name : namesOf(allMethods())) {
     EXPECT_EQ(makeMethod(name, InitializerOptions(), {}, nullptr, allMethods())->name(), name);
   }
 }
 
 TEST(BaselineOptions, TableHasEveryFieldAndValidateKeepsItsBounds) {
-  testing_support::expectBothSidesOfEveryBound<BaselineOptions>();
-  testing_support::expectEveryFieldHasARow<BaselineOptions>();
+  expectBothSidesOfEveryBound<BaselineOptions>();
+  expectEveryFieldHasARow<BaselineOptions>();
 }
 
 }  // namespace

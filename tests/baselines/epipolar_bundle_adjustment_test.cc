@@ -10,8 +10,6 @@
 namespace slim_init::baselines {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 std::vector<Preintegration> preintegrated(const ExactWindow& exact, const WindowState& state) {
   return preintegrateWindow(*exact.window, state.gyro_bias, state.accel_bias,
                             PreintegrationParts::kWithCovariance);

@@ -15,7 +15,6 @@
 namespace slim_init::baselines {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 GyroBiasProblem pointsOnly(PairLoss loss) {

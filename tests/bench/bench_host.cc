@@ -58,7 +58,7 @@ void applyFault(const StreamFault& fault, double start, double seconds, std::mt1
                 Streams* streams) {
   const Trouble whole = {start, start + seconds};
   const Trouble passing = {start + kFirstTrouble, start + kFirstTrouble + kTrouble};
-  fault.apply(fault.lasts ? whole : passing, random, streams);
+  fault.apply({fault.lasts ? whole : passing, *random, *streams});
   sortByArrival(&streams->imu);
   sortByArrival(&streams->frames);
 }

@@ -36,12 +36,19 @@ struct Trouble {
   bool holds(double t) const { return t >= begin && t < end; }
 };
 
+/// What a fault is applied to.
+struct FaultInput {
+  Trouble trouble;
+  std::mt19937_64& random;
+  Streams& streams;
+};
+
 /// One kind of fault.
 struct StreamFault {
   const char* name;
   const char* what;  ///< one line for the table
   bool lasts;        ///< from the start to the end, else during Trouble alone
-  void (*apply)(const Trouble& trouble, std::mt19937_64* random, Streams* streams);
+  void (*apply)(const FaultInput& in);
 };
 
 /// All kinds; the first is none.

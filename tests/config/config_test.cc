@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "support/option_checks.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 
@@ -181,7 +182,7 @@ TEST_F(ConfigFile, HostNoiseIsNotADensity) {
   EXPECT_EQ(config.calibration.imu_noise.gyro_density, ImuNoise().gyro_density);
   EXPECT_EQ(config.calibration.imu_noise.accel_density, ImuNoise().accel_density);
   ASSERT_EQ(config.notes.size(), 1u);
-  EXPECT_NE(config.notes[0].find("acc_n and gyr_n"), std::string::npos) << config.notes[0];
+  expectParts(config.notes[0], "acc_n and gyr_n");
 
   config = loaded(kHostFile +
                   "slim_init:\n  noise:\n    gyro_density: 3.e-4\n    accel_density: 4.e-3\n");
@@ -310,7 +311,7 @@ TEST_F(ConfigFile, AnUnknownExtrinsicMayBeAbsent) {
   EXPECT_EQ(config.calibration.t_b_c, Eigen::Vector3d::Zero());
   EXPECT_EQ(config.calibration.sigmas.rotation_deg, 180.0);
   EXPECT_EQ(config.calibration.sigmas.translation_m, 0.1);
-  EXPECT_NE(config.notes[0].find("about at least two axes"), std::string::npos) << config.notes[0];
+  expectParts(config.notes[0], "about at least two axes");
 
   // A translation that is given is a guess; a rotation that is given is read.
   config = loaded(text.substr(0, rotation) + text.substr(translation) + unknown);
@@ -371,7 +372,7 @@ TEST_F(ConfigFile, RollingShutter) {
   config = loaded(kHostFile + "rolling_shutter: 1\n");
   EXPECT_EQ(config.calibration.readout_s, 0.0);
   ASSERT_EQ(config.notes.size(), 2u);
-  EXPECT_NE(config.notes[0].find("processed as global shutter"), std::string::npos);
+  expectParts(config.notes[0], "processed as global shutter");
 
   expectRefused(kHostFile + "rolling_shutter: 1\nrolling_shutter_tr: 33\n",
                 "rolling_shutter_tr is 33, must be in [0, 0.2]");
@@ -440,9 +441,7 @@ TEST_F(ConfigMask, TheHostsMaskOfAFisheye) {
   writeMask("fisheye_mask.jpg", 512, 512, 0, 255);
   EXPECT_TRUE(maskOf("fisheye: 1\n").empty());
   ASSERT_FALSE(notes_.empty());
-  EXPECT_NE(notes_[0].find("fisheye_mask.jpg is 512 x 512, the camera 752 x 480: not used"),
-            std::string::npos)
-      << notes_[0];
+  expectParts(notes_[0], "fisheye_mask.jpg is 512 x 512, the camera 752 x 480: not used");
 }
 
 TEST_F(ConfigMask, WhatCannotBeAMaskIsRefused) {
@@ -599,13 +598,11 @@ TEST_F(ConfigErrors, KeyTwice) {
   Config config;
   std::string error;
   if (!loadConfig(path_, &config, &error)) {
-    EXPECT_NE(error.find("is given twice"), std::string::npos) << error;
+    expectParts(error, "is given twice");
   }
 }
 
 // ------------------------------------------------------------------------ table and shipped files
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(ConfigTable, KeysAreUniqueAndExplained) {
   Config config;
@@ -705,7 +702,7 @@ TEST_F(ConfigFile, EveryNumberIsRefusedOutsideOfItsRangeByNameOfItsKey) {
       std::string error;
       EXPECT_FALSE(loadOptions(optionsPath(), &config, &error)) << option.key;
       EXPECT_NE(error.find(": slim_init." + option.key + " is "), std::string::npos) << error;
-      EXPECT_NE(error.find("must be in ["), std::string::npos) << error;
+      expectParts(error, "must be in [");
       writeOptions(fileWithKey(option.key, numberText(option, bound.inside)));
       const bool taken = loadOptions(optionsPath(), &config, &error);
       EXPECT_TRUE(taken || error.find("must be in [") == std::string::npos) << error;

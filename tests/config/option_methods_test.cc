@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
@@ -19,8 +17,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 InitResult solve(const std::string& method, const Config& config, const InitWindow& window) {
   std::string error;

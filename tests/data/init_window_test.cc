@@ -12,8 +12,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class InitWindowTest : public ::testing::Test {
  protected:
   std::string errorOf(const std::vector<FrameObservation>& frames,

@@ -12,11 +12,10 @@
 #include "slim_init/result.h"
 #include "slim_init/types.h"
 #include "support/option_checks.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(OptionTable, BothSidesOfEveryBound) {
   expectBothSidesOfEveryBound<WindowOptions, VanishingPointOptions, InitializerOptions, Calibration,
@@ -86,14 +85,11 @@ TEST(Options, OutOfRangeMessageNamesValueAndBound) {
   EXPECT_EQ(options.validate(), "refinement.min_sigma_px is 40, must be in [0.01, 10]");
 }
 
-TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
+TEST(Options, ThatDependOnEachOther) {
   InitializerOptions options;
   options.window.keyframes = 4;
   EXPECT_EQ(options.validate(), "window.min_keyframes is 5, must not exceed keyframes (4)");
-}
-
-TEST(Options, BufferHasToHoldAFullWindow) {
-  InitializerOptions options;
+  options = InitializerOptions();
   options.window.min_interval_s = 1.0;
   EXPECT_EQ(
       options.validate(),
@@ -105,21 +101,22 @@ TEST(Options, BufferHasToHoldAFullWindow) {
 }
 
 TEST(Calibration, RefusesWhatCannotBe) {
-  Calibration calibration;
-  calibration.R_b_c(0, 0) = 1.1;
-  EXPECT_NE(calibration.validate().find("R_b_c"), std::string::npos);
-  calibration = Calibration();
-  calibration.R_b_c = Eigen::Vector3d(1, 1, -1).asDiagonal();  // a reflection
-  EXPECT_NE(calibration.validate().find("R_b_c"), std::string::npos);
-  calibration = Calibration();
-  calibration.imu_noise.gyro_density = 0.0;
-  EXPECT_EQ(calibration.validate().find("imu_noise.gyro_density is 0"), 0u);
-  calibration = Calibration();
-  calibration.gravity_magnitude = 981.0;  // cm/s^2 by mistake
-  EXPECT_NE(calibration.validate().find("gravity_magnitude is 981"), std::string::npos);
-  calibration = Calibration();
-  calibration.td = kNotComputed;
-  EXPECT_NE(calibration.validate().find("td"), std::string::npos);
+  const auto message = [](void (*spoil)(Calibration*)) {
+    Calibration calibration;
+    spoil(&calibration);
+    return calibration.validate();
+  };
+  expectParts(message([](Calibration* c) { c->R_b_c(0, 0) = 1.1; }), "R_b_c");
+  // A reflection, and cm/s^2 by mistake.
+  expectParts(message([](Calibration* c) { c->R_b_c = Eigen::Vector3d(1, 1, -1).asDiagonal(); }),
+              "R_b_c");
+  expectParts(message([](Calibration* c) { c->gravity_magnitude = 981.0; }),
+              "gravity_magnitude is 981");
+  expectParts(message([](Calibration* c) { c->td = kNotComputed; }), "td");
+  EXPECT_EQ(message([](Calibration* c) {
+              c->imu_noise.gyro_density = 0.0;
+            }).find("imu_noise.gyro_density is 0"),
+            0u);
 }
 
 // A console says what to do unless waiting is enough, or the message itself says it.

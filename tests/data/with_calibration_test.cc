@@ -8,8 +8,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 ExactWindow someWindow() {
   ExactWindowOptions options;
   options.readout_s = 0.02;

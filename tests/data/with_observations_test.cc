@@ -10,8 +10,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class WithObservationsTest : public ::testing::Test {
  protected:
   std::vector<char> keepAll() const {

@@ -29,7 +29,6 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 class Random {
  public:
@@ -48,8 +47,7 @@ class Random {
   std::normal_distribution<double> normal_;
 };
 
-// ---- lines
-// ---------------------------------------------------------------------------------------
+// ---- lines --------------------------------------------------------------------------------------
 
 // A line and cameras that see it without noise; the camera is the body.
 struct LineViews {
@@ -147,7 +145,7 @@ TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
     const MatrixXd rows = eliminatedRows(line);
     ASSERT_EQ(rows.rows(), 2);
     EXPECT_LT(threeViewConstraints(line, 0, 1, 2, line.state).cwiseAbs().maxCoeff(), 1e-12);
-    const MatrixXd constraints = testing_support::numericJacobian(
+    const MatrixXd constraints = numericJacobian(
         [&](const VectorXd& d) -> VectorXd {
           VectorXd step = VectorXd::Zero(StateLayout(3).size());
           step.head<18>() = d;
@@ -169,8 +167,7 @@ TEST(Lines, MoreViewsAddTwoRowsEach) {
   }
 }
 
-// ---- rotation
-// ------------------------------------------------------------------------------------
+// ---- rotation -----------------------------------------------------------------------------------
 
 constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
 
@@ -253,8 +250,7 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
   EXPECT_GT(eigenvalue, 7.0 * noise_of_a_mean);
 }
 
-// ---- observability
-// -------------------------------------------------------------------------------
+// ---- observability ------------------------------------------------------------------------------
 
 // What the window holds, and how it moves: position in b0 at a time.
 struct MotionCase {

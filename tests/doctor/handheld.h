@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <vector>
 
 #include "geometry/so3.h"
 #include "slim_init/simulation/trajectory.h"

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <set>
 
 #include "estimation/posterior.h"
 #include "geometry/so3.h"
@@ -20,8 +19,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
   ExactWindowOptions options;
@@ -37,7 +34,7 @@ RefinedWindow refine(const InitWindow& window, const WindowState& start,
   const InertialOptions inertial = dataSheetNoise();
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, Eigen::Vector3d::Zero(), inertial);
-  WorkBudget budget = testing_support::unlimitedBudget();
+  WorkBudget budget = unlimitedBudget();
   return refineWindow({window, pre, options, inertial, budget}, window.lineTracks(), start, mode);
 }
 
@@ -49,8 +46,7 @@ double scaleError(const RefinedWindow& refined, const WindowState& truth) {
   return std::abs(spread(refined.state) / spread(truth) - 1.0);
 }
 
-// ---- noise of the data
-// ----------------------------------------------------------------------------
+// ---- noise of the data --------------------------------------------------------------------------
 
 TEST(RefineWindow, NoiseIsThatOfTheData) {
   // The calibration says 0.6 px throughout.
@@ -87,8 +83,7 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
 }
 
-// ---- rejection
-// ------------------------------------------------------------------------------------
+// ---- rejection ----------------------------------------------------------------------------------
 
 TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   const ExactWindow exact = makeExactWindow(noisy(5));
@@ -205,8 +200,7 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
   EXPECT_TRUE(!wrong.valid || wrong.median_chi2 > 2.0) << wrong.median_chi2;
 }
 
-// ---- input that is no use
-// -------------------------------------------------------------------------
+// ---- input that is no use -----------------------------------------------------------------------
 
 TEST(RefineWindow, AStartThatIsNotFiniteIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
@@ -224,15 +218,14 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
   const auto lines = exact.window->lineTracks();
   const InertialOptions inertial = dataSheetNoise();
-  WorkBudget budget = testing_support::unlimitedBudget();
+  WorkBudget budget = unlimitedBudget();
   const RefinementInput input = {*exact.window, pre, options, inertial, budget};
   EXPECT_TRUE(refineWindow(input, lines, truth, StartMode::kFine).valid);
   pre[4].covariance.setZero();
   EXPECT_FALSE(refineWindow(input, lines, truth, StartMode::kFine).valid);
 }
 
-// ---- biases and lines
-// -----------------------------------------------------------------------------
+// ---- biases and lines ---------------------------------------------------------------------------
 
 TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   const ExactWindow exact = makeExactWindow(noisy(9));

@@ -3,7 +3,6 @@
 // Analytic derivatives of every factor of the refinement against central differences.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <random>
 #include <utility>
 #include <vector>
@@ -20,9 +19,6 @@
 
 namespace slim_init {
 namespace {
-
-using testing_support::jacobiansAgree;
-using testing_support::numericJacobian;
 
 constexpr double kStep = 1e-6;
 constexpr double kTolerance = 1e-7;

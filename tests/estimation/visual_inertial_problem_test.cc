@@ -24,8 +24,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 ExactWindow noisyWindow(unsigned seed) {
   ExactWindowOptions options;
   options.accel_bias = Eigen::Vector3d(0.05, -0.08, 0.1);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -57,13 +58,19 @@ class AslFolderTest : public ::testing::Test {
     return openAslFolder(directory(), WindowOptions().max_imu_gap_s, &status_);
   }
 
+  /// The same of a folder that is in order.
+  std::unique_ptr<ImageSequence> opened() {
+    auto sequence = open();
+    if (sequence == nullptr) throw std::runtime_error(status_.message);
+    return sequence;
+  }
+
   ScratchFolder folder_;
   ReadStatus status_;
 };
 
 TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   TinyRecording::expectIn(sequence.get());
   EXPECT_EQ(sequence->name(), "V9_01");
   EXPECT_EQ(sequence->counts().images, TinyRecording::kImages);
@@ -102,8 +109,7 @@ TEST_F(AslFolderTest, OtherLensesComeBack) {
     rig.camera.model = model;
     rig.camera.xi = model == CameraModel::kMei ? 1.9 : 0.0;
     write(rig);
-    const auto sequence = open();
-    ASSERT_NE(sequence, nullptr) << status_.message;
+    const auto sequence = opened();
     ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
     EXPECT_EQ(sequence->calibration()->camera.model, model);
     EXPECT_EQ(sequence->calibration()->camera.xi, rig.camera.xi);
@@ -115,8 +121,7 @@ TEST_F(AslFolderTest, SensorFilesOfTheDatasetHaveNoDirective) {
   for (const char* name : {"cam0/sensor.yaml", "imu0/sensor.yaml"}) {
     edit(name, "%YAML:1.0\n", "# General sensor definitions.\n");
   }
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   EXPECT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
 }
 
@@ -147,9 +152,8 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
     SCOPED_TRACE(bad.name);
     const std::string original = readFile(file(bad.file));
     edit(bad.file, bad.from, bad.to);
-    const auto sequence = open();
     // --config may still bring a calibration, so the data are no error.
-    ASSERT_NE(sequence, nullptr) << status_.message;
+    const auto sequence = opened();
     EXPECT_FALSE(sequence->calibration().has_value());
     EXPECT_TRUE(contains(sequence->calibrationProblem(), bad.file))
         << sequence->calibrationProblem();
@@ -157,8 +161,7 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
     folder_.write(std::string("V9_01/mav0/") + bad.file, original);
   }
   fs::remove(file("imu0/sensor.yaml"));
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   expectParts(sequence->calibrationProblem(), "imu0/sensor.yaml cannot be read");
 }
 
@@ -215,8 +218,7 @@ TEST_F(AslFolderTest, WhatIsOutOfOrderIsSortedInAndWhatRepeatsIsDropped) {
   const std::size_t second = truth.find('\n', truth.find('\n') + 1) + 1;
   append("state_groundtruth_estimate0/data.csv",
          truth.substr(second, truth.find('\n', second) + 1 - second));
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   const ImageSequenceCounts& counts = sequence->counts();
   EXPECT_EQ(counts.imu_out_of_order, 2);
   EXPECT_EQ(counts.imu_repeated, 1);
@@ -239,8 +241,7 @@ TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
   folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(5)).filename().string(),
                 readFile(image(5)).substr(0, 60));
   folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(6)).filename().string(), "no image");
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   // Without a file: known before anything is decoded.
   EXPECT_EQ(sequence->counts().images_unreadable, 1);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
@@ -264,8 +265,7 @@ TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
 TEST_F(AslFolderTest, ColourBecomesGrey) {
   cv::Mat colour(48, 64, CV_8UC3, cv::Scalar(255, 0, 0));
   ASSERT_TRUE(cv::imwrite(image(0), colour));
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   const cv::Mat grey = sequence->image(0, nullptr);
   ASSERT_EQ(grey.type(), CV_8UC1);
   EXPECT_NEAR(grey.at<std::uint8_t>(10, 10), 0.114 * 255, 1.0);  // ITU-R BT.601 blue
@@ -273,8 +273,7 @@ TEST_F(AslFolderTest, ColourBecomesGrey) {
 
 TEST_F(AslFolderTest, TruthIsOptional) {
   fs::remove_all(file("state_groundtruth_estimate0"));
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   EXPECT_TRUE(sequence->truth().empty());
   ASSERT_EQ(sequence->notes().size(), 1u);
   expectParts(sequence->notes()[0], "does not exist");
@@ -286,8 +285,7 @@ TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
     rows += std::to_string(TinyRecording::kT0Ns + 100000000LL * k) + ",1,2,3,1,0,0,0\n";
   }
   folder_.write("V9_01/mav0/state_groundtruth_estimate0/data.csv", rows);
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   ASSERT_EQ(sequence->truth().size(), 10u);
   EXPECT_FALSE(sequence->hasVelocityAndBias());
   EXPECT_EQ(sequence->truth()[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still

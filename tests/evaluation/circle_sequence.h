@@ -77,6 +77,14 @@ inline InitResult perfectResult(const std::vector<NavState>& truth, double g) {
   return result;
 }
 
+/// The same at the keyframes of a window, or `shift` [s] after them.
+inline InitResult perfectResult(const InitWindow& window, const Circle& circle = Circle(),
+                                double shift = 0.0) {
+  std::vector<NavState> states;
+  for (const double t : window.times()) states.push_back(circle.state(t + shift));
+  return perfectResult(states, circle.g);
+}
+
 /// Stands in for a method: answers with whatever the test says and remembers what it was shown.
 /// Safe to call in parallel.
 class FakeSolver : public WindowSolver {
@@ -106,11 +114,8 @@ class FakeSolver : public WindowSolver {
 
 /// A FakeSolver that knows the circle.
 inline FakeSolver makePerfectSolver(const std::string& name, const Circle& circle = Circle()) {
-  return FakeSolver(name, [circle](const InitWindow& window) {
-    std::vector<NavState> states;
-    for (const double t : window.times()) states.push_back(circle.state(t));
-    return perfectResult(states, circle.g);
-  });
+  return FakeSolver(name,
+                    [circle](const InitWindow& window) { return perfectResult(window, circle); });
 }
 
 }  // namespace slim_init::evaluation

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
-#include <vector>
 
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"

@@ -13,6 +13,7 @@
 #include "evaluation/circle_sequence.h"
 #include "evaluation/varied_solver.h"
 #include "slim_init/evaluation/report.h"
+#include "support/text_parts.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -69,12 +70,11 @@ TEST(Protocol, EveryMethodGetsTheSameWindow) {
 
 TEST(Protocol, AWindowDoesNotDependOnWhatCameBefore) {
   const Sequence sequence = makeCircleSequence(6.0);
-  const FakeSolver all = makePerfectSolver("all");
-  const FakeSolver some = makePerfectSolver("some");
+  const FakeSolver all = makePerfectSolver("all"), some = makePerfectSolver("some");
   ProtocolOptions options;
-  ProtocolResult result = run(sequence, {&all}, options);
+  run(sequence, {&all}, options);
   options.stride = 30;
-  result = run(sequence, {&some}, options);
+  run(sequence, {&some}, options);
   ASSERT_GE(some.times.size(), 2u);
   EXPECT_EQ(all.times[3], some.times[1]);
 }
@@ -189,11 +189,8 @@ TEST(Protocol, TimeOffsetOfTheCameraIsRespected) {
 
 TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   const Sequence sequence = makeCircleSequence(3.0);
-  const Circle circle;
-  const FakeSolver refuses("refuses", [&](const InitWindow& window) {
-    std::vector<NavState> states;
-    for (const double t : window.times()) states.push_back(circle.state(t));
-    InitResult result = perfectResult(states, circle.g);
+  const FakeSolver refuses("refuses", [](const InitWindow& window) {
+    InitResult result = perfectResult(window);
     result.status = InitStatus::kScaleTooUncertain;
     result.message = "scale sigma 0.2 is above 0.1";
     result.scale_sigma = 0.2;
@@ -243,7 +240,7 @@ TEST(Protocol, UnusableInputIsASentence) {
     ProtocolResult result;
     const std::string sentence = runProtocol(sequence, {&solver}, options, nullptr, &result);
     EXPECT_NE(sentence, "");
-    EXPECT_NE(sentence.find(words), std::string::npos) << sentence;
+    expectParts(sentence, words);
   };
   expectNamed("stride is 0", [](auto* options, auto*) { options->stride = 0; });
   for (const int threads : {0, -1, 257}) {
@@ -276,9 +273,7 @@ TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
 /// Knows the circle, and accepts windows of `enough` keyframes or more.
 FakeSolver makePatientSolver(const std::string& name, int enough) {
   return FakeSolver(name, [enough](const InitWindow& window) {
-    std::vector<NavState> states;
-    for (const double t : window.times()) states.push_back(Circle().state(t));
-    InitResult result = perfectResult(states, Circle().g);
+    InitResult result = perfectResult(window);
     if (window.size() < enough) result.status = InitStatus::kScaleTooUncertain;
     return result;
   });
@@ -340,9 +335,7 @@ TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
 TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   // Too small by half at every other pair of images before 1.2 s; always sure of itself.
   const FakeSolver solver("wavering", [](const InitWindow& window) {
-    std::vector<NavState> states;
-    for (const double t : window.times()) states.push_back(Circle().state(t));
-    InitResult result = perfectResult(states, Circle().g);
+    InitResult result = perfectResult(window);
     const long image = std::lround(window.times().back() / 0.05);
     if (image < 24 && image % 4 >= 2) {
       for (NavState& state : result.states) state.p_w_b *= 0.5;
@@ -367,19 +360,17 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   // A window that does not grow is asked once.
   options.first_keyframes = 0;
   result = run(sequence, {&solver}, options);
-  for (const WindowRecord& window : result.windows) {
-    EXPECT_TRUE(window.methods[0].accepted());
-  }
+  for (const WindowRecord& window : result.windows) EXPECT_TRUE(window.methods[0].accepted());
 }
 
 TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
   const Sequence sequence = makeCircleSequence(6.0);
-  const FakeSolver plain = makePatientSolver("plain", 10);
-  const FakeSolver growing = makePatientSolver("growing", 10);
+  const FakeSolver plain = makePatientSolver("plain", 10),
+                   growing = makePatientSolver("growing", 10);
   ProtocolOptions options;
-  ProtocolResult result = run(sequence, {&plain}, options);
+  run(sequence, {&plain}, options);
   options.first_keyframes = 10;
-  result = run(sequence, {&growing}, options);
+  run(sequence, {&growing}, options);
   EXPECT_EQ(plain.times, growing.times);
 }
 
@@ -387,9 +378,7 @@ TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
   ProtocolOptions options;
   for (const int first : {1, 3, 11}) {
     options.first_keyframes = first;
-    EXPECT_NE(options.validate().find("first_keyframes is " + std::to_string(first)),
-              std::string::npos)
-        << options.validate();
+    expectParts(options.validate(), "first_keyframes is " + std::to_string(first));
   }
   options.first_keyframes = 10;
   EXPECT_EQ(options.validate(), "");

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,6 +25,7 @@ struct Files {
   std::vector<std::string> images = {"#timestamp [ns]"};
   std::vector<std::string> truth = {"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z"};
   std::string line_end = "\n";
+  bool last_line_ends = true;
 
   Files() {
     for (int i = 0; i <= 100; ++i) {
@@ -39,6 +40,7 @@ struct Files {
   std::string text(const std::vector<std::string>& lines) const {
     std::string all;
     for (const std::string& line : lines) all += line + line_end;
+    if (!last_line_ends) all.resize(all.size() - line_end.size());
     return all;
   }
 
@@ -55,10 +57,16 @@ ReadStatus readFiles(const Files& files, RecordedMotion* motion) {
   return readRecordedMotion(folder.path(), WindowOptions().max_imu_gap_s, motion);
 }
 
-TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
+/// What good files are read as.
+RecordedMotion motionOf(const Files& files) {
   RecordedMotion motion;
-  const ReadStatus status = readFiles(Files(), &motion);
-  ASSERT_TRUE(status.ok()) << status.message;
+  const ReadStatus status = readFiles(files, &motion);
+  if (!status.ok()) throw std::runtime_error(status.message);
+  return motion;
+}
+
+TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
+  const RecordedMotion motion = motionOf(Files());
   EXPECT_EQ(motion.t0_ns, kT0Ns);
   ASSERT_EQ(motion.imu.size(), 101u);
   EXPECT_EQ(motion.imu.front().t, 0.0);
@@ -83,9 +91,7 @@ TEST(RecordedMotion, ReadsVelocityAndBiases) {
   for (std::size_t i = 1; i < files.truth.size(); ++i) {
     files.truth[i] += ",0.5,0.6,0.7,-0.002,0.02,0.07,-0.01,0.1,0.09";
   }
-  RecordedMotion motion;
-  const ReadStatus status = readFiles(files, &motion);
-  ASSERT_TRUE(status.ok()) << status.message;
+  const RecordedMotion motion = motionOf(files);
   EXPECT_TRUE(motion.has_velocity_and_bias);
   EXPECT_EQ(motion.truth[2].v_w_b, Eigen::Vector3d(0.5, 0.6, 0.7));
   EXPECT_EQ(motion.truth[2].gyro_bias, Eigen::Vector3d(-0.002, 0.02, 0.07));
@@ -99,35 +105,21 @@ TEST(RecordedMotion, QuaternionIsScalarFirstAndNormalised) {
     files.truth[i] = std::to_string(kT0Ns + 50000000LL * static_cast<int>(i - 1)) +
                      ",0,0,0,0.710642,0,0,0.710642";
   }
-  RecordedMotion motion;
-  ASSERT_TRUE(readFiles(files, &motion).ok());
-  const Eigen::Vector3d x = motion.truth[0].R_w_b * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d x = motionOf(files).truth[0].R_w_b * Eigen::Vector3d::UnitX();
   EXPECT_NEAR((x - Eigen::Vector3d::UnitY()).norm(), 0.0, 1e-12);
 }
 
-TEST(RecordedMotion, AcceptsForeignLineEndsAndTrailingBlankLines) {
+TEST(RecordedMotion, AcceptsForeignLineEndsTrailingBlankLinesAndALastLineWithoutEnd) {
   Files files;
   files.line_end = "\r\n";
   files.imu.insert(files.imu.end(), {"", "   ", ""});
   files.truth.emplace_back("");
   files.images[1] = "  " + files.images[1] + " \t";
   files.imu.front() = "\xEF\xBB\xBF" + files.imu.front();
-  RecordedMotion motion;
-  const ReadStatus status = readFiles(files, &motion);
-  ASSERT_TRUE(status.ok()) << status.message;
-  EXPECT_EQ(motion.imu.size(), 101u);
-}
-
-TEST(RecordedMotion, AcceptsALastLineWithoutEnd) {
-  const ScratchFolder folder;
-  const Files files;
-  files.write(folder);
-  std::string text = files.text(files.imu);
-  text.pop_back();
-  folder.write("imu0.csv", text);
-  RecordedMotion motion;
-  ASSERT_TRUE(readRecordedMotion(folder.path(), WindowOptions().max_imu_gap_s, &motion).ok());
-  EXPECT_EQ(motion.imu.size(), 101u);
+  EXPECT_EQ(motionOf(files).imu.size(), 101u);
+  files = Files();
+  files.last_line_ends = false;
+  EXPECT_EQ(motionOf(files).imu.size(), 101u);
 }
 
 TEST(RecordedMotion, MissingFolderAndFilesAreNamed) {
@@ -237,9 +229,7 @@ TEST(RecordedMotion, ImuGapsAreCountedAndNoted) {
   Files files;
   files.imu.erase(files.imu.begin() + 41, files.imu.begin() + 61);  // 0.40 s .. 0.59 s
   files.imu.erase(files.imu.begin() + 61, files.imu.begin() + 66);  // a smaller one later on
-  RecordedMotion motion;
-  const ReadStatus status = readFiles(files, &motion);
-  ASSERT_TRUE(status.ok()) << status.message;
+  const RecordedMotion motion = motionOf(files);
   EXPECT_EQ(motion.counts.imu_gaps, 2);
   EXPECT_NEAR(motion.counts.largest_imu_gap_s, 0.21, 1e-9);
   ASSERT_FALSE(motion.notes.empty());
@@ -251,9 +241,7 @@ TEST(RecordedMotion, ImagesOutsideImuAndTruthAreCountedAndLeftOut) {
   files.truth.erase(files.truth.begin() + 1, files.truth.begin() + 6);  // starts at 0.25 s
   files.images.insert(files.images.begin() + 1, std::to_string(kT0Ns - 1000));
   files.images.push_back(std::to_string(kT0Ns + 1000000001));
-  RecordedMotion motion;
-  const ReadStatus status = readFiles(files, &motion);
-  ASSERT_TRUE(status.ok()) << status.message;
+  const RecordedMotion motion = motionOf(files);
   EXPECT_EQ(motion.counts.images, 7);
   EXPECT_EQ(motion.counts.images_outside_imu, 2);
   EXPECT_EQ(motion.counts.images_outside_truth, 2);  // 0.0 s and 0.2 s
@@ -291,10 +279,8 @@ TEST(RecordedMotion, NameIsTheLastFolder) {
 
 TEST(RecordedMotion, ReadsRealRecordings) {
   const std::string data = SLIM_INIT_SHARED_DATA;
-  if (!std::filesystem::is_directory(data)) {
-    // The EuRoC recordings are not part of the repository (their licence is not ours).
-    GTEST_SKIP() << "no recordings at " << data;
-  }
+  // The EuRoC recordings are not part of the repository (their licence is not ours).
+  if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
   RecordedMotion motion;
   ReadStatus status = readRecordedMotion(data + "/V1_02", WindowOptions().max_imu_gap_s, &motion);
   ASSERT_TRUE(status.ok()) << status.message;

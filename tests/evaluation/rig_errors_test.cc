@@ -146,49 +146,45 @@ TEST(RigErrors, SaysWhatCannotBe) {
   EXPECT_NE(applyRigErrors(errors, false, &sequence).find("td is 1.4"), std::string::npos);
 }
 
-// A vibration at half the sampling rate averages out; picked samples would make a bias of it.
-TEST(DisturbImu, ALowerRateAveragesVibration) {
+// The circle at 200 Hz from zero on, with a change to each sample.
+template <typename Change>
+std::vector<ImuSample> circleImu(int last, const Change& change) {
   std::vector<ImuSample> imu;
-  for (int k = 0; k <= 1000; ++k) {
+  for (int k = 0; k <= last; ++k) {
     imu.push_back(Circle().imu(k / 200.0));
-    imu.back().accel.z() += k % 2 == 0 ? 5.0 : -5.0;
+    change(k, &imu.back());
   }
-  RigErrors errors;
-  errors.imu_rate_hz = 100.0;
-  ASSERT_EQ(disturbImu(errors, &imu), "");
-  ASSERT_EQ(imu.size(), 501u);
-  for (std::size_t k = 1; k + 1 < imu.size(); ++k) {
-    EXPECT_NEAR(imu[k].accel.z(), Circle().g, 1e-9) << k;
-  }
+  return imu;
 }
 
-// The recorded rate is left as it is.
-TEST(DisturbImu, TheRecordedRateIsNotSmoothed) {
-  std::vector<ImuSample> imu;
-  for (int k = 0; k <= 200; ++k) {
-    imu.push_back(Circle().imu(k / 200.0));
-    imu.back().accel.z() += k % 2 == 0 ? 5.0 : -5.0;
-  }
-  const std::vector<ImuSample> before = imu;
+// The same after a change of the rate.
+std::vector<ImuSample> atRate(double rate_hz, std::vector<ImuSample> imu) {
   RigErrors errors;
-  errors.imu_rate_hz = 200.0;
-  ASSERT_EQ(disturbImu(errors, &imu), "");
-  ASSERT_EQ(imu.size(), before.size());
-  for (std::size_t k = 0; k < imu.size(); ++k) {
-    EXPECT_NEAR(imu[k].accel.z(), before[k].accel.z(), 1e-9) << k;
+  errors.imu_rate_hz = rate_hz;
+  EXPECT_EQ(disturbImu(errors, &imu), "");
+  return imu;
+}
+
+// A vibration at half the sampling rate averages out; picked samples would make a bias of it. The
+// recorded rate is left as it is.
+TEST(DisturbImu, ALowerRateAveragesVibration) {
+  const auto vibrating = circleImu(
+      1000, [](int k, ImuSample* sample) { sample->accel.z() += k % 2 == 0 ? 5.0 : -5.0; });
+  const auto slow = atRate(100.0, vibrating), same = atRate(200.0, vibrating);
+  ASSERT_EQ(slow.size(), 501u);
+  for (std::size_t k = 1; k + 1 < slow.size(); ++k) {
+    EXPECT_NEAR(slow[k].accel.z(), Circle().g, 1e-9) << k;
+  }
+  ASSERT_EQ(same.size(), vibrating.size());
+  for (std::size_t k = 0; k < same.size(); ++k) {
+    EXPECT_NEAR(same[k].accel.z(), vibrating[k].accel.z(), 1e-9) << k;
   }
 }
 
 TEST(DisturbImu, ALowerRateIsInterpolated) {
-  const Circle circle;
-  std::vector<ImuSample> imu;
-  for (int k = 0; k <= 2000; ++k) {
-    imu.push_back(circle.imu(k / 200.0));
-    imu.back().accel.x() = 3.0 * imu.back().t;  // linear: interpolation is exact
-  }
-  RigErrors errors;
-  errors.imu_rate_hz = 90.0;
-  ASSERT_EQ(disturbImu(errors, &imu), "");
+  // Linear: interpolation is exact.
+  const auto imu = atRate(
+      90.0, circleImu(2000, [](int, ImuSample* sample) { sample->accel.x() = 3.0 * sample->t; }));
   ASSERT_EQ(imu.size(), 901u);
   for (std::size_t k = 0; k < imu.size(); ++k) {
     EXPECT_NEAR(imu[k].t, static_cast<double>(k) / 90.0, 1e-12);
@@ -198,14 +194,9 @@ TEST(DisturbImu, ALowerRateIsInterpolated) {
 
 // What is not there cannot be interpolated.
 TEST(DisturbImu, AGapStaysOne) {
-  std::vector<ImuSample> imu;
-  for (int k = 0; k <= 400; ++k) {
-    const double t = k / 200.0;
-    if (t < 0.501 || t > 0.799) imu.push_back(Circle().imu(t));
-  }
-  RigErrors errors;
-  errors.imu_rate_hz = 100.0;
-  ASSERT_EQ(disturbImu(errors, &imu), "");
+  std::vector<ImuSample> imu = circleImu(400, [](int, ImuSample*) {});
+  imu.erase(imu.begin() + 101, imu.begin() + 160);  // from 0.505 to 0.795 s
+  imu = atRate(100.0, imu);
   double longest = 0.0;
   for (std::size_t k = 1; k < imu.size(); ++k) longest = std::max(longest, imu[k].t - imu[k - 1].t);
   // And no mean reaches into it.
@@ -214,8 +205,7 @@ TEST(DisturbImu, AGapStaysOne) {
 }
 
 TEST(DisturbImu, JitterKeepsTheOrderAndDropoutItsShare) {
-  std::vector<ImuSample> clean;
-  for (int k = 0; k <= 20000; ++k) clean.push_back(Circle().imu(k / 200.0));
+  const std::vector<ImuSample> clean = circleImu(20000, [](int, ImuSample*) {});
   RigErrors errors;
   errors.imu_jitter_s = 0.001;
   std::vector<ImuSample> imu = clean;
@@ -282,11 +272,10 @@ class CalibratingSolver : public WindowSolver {
 
   InitResult solve(const InitWindow& window) const override {
     const double shift = estimates_ ? -window.calibration().td : 0.0;
-    std::vector<NavState> states;
-    for (const double t : window.times()) states.push_back(Circle().state(t + shift));
-    if (estimates_) states.erase(states.begin());  // as where the IMU data do not cover it
-    InitResult result = perfectResult(states, Circle().g);
+    InitResult result = perfectResult(window, Circle(), shift);
     if (!estimates_) return result;
+    result.states.erase(result.states.begin());  // as where the IMU data do not cover it
+    result.gravity_b0 = result.states.front().R_w_b.transpose() * result.gravity_w;
     result.calibration.emplace();
     result.calibration->R_b_c =
         Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -308,9 +297,7 @@ TEST(RigProtocol, AnAnswerWhereThereIsNoTruthIsNotJudged) {
   const Sequence sequence = makeCircleSequence(6.0);
   const auto moved = [](double shift) {
     return FakeSolver("moved", [shift](const InitWindow& window) {
-      std::vector<NavState> states;
-      for (const double t : window.times()) states.push_back(Circle().state(t + shift));
-      return perfectResult(states, Circle().g);
+      return perfectResult(window, Circle(), shift);
     });
   };
   const FakeSolver early = moved(-0.02), late = moved(0.02), far = moved(-0.2),

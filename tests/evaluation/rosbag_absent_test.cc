@@ -4,6 +4,7 @@
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/options.h"
+#include "support/text_parts.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -12,9 +13,7 @@ TEST(Rosbag, ABuildWithoutItSaysSo) {
   EXPECT_FALSE(rosbagSupported());
   ReadStatus status;
   EXPECT_EQ(openRosbag("x.bag", BagTopics(), "", WindowOptions().max_imu_gap_s, &status), nullptr);
-  EXPECT_NE(status.message.find("x.bag is a bag, and this build is without rosbag"),
-            std::string::npos)
-      << status.message;
+  expectParts(status.message, "x.bag is a bag, and this build is without rosbag");
   std::string error;
   EXPECT_EQ(makeBagWriter("x.bag", BagTopics(), &error), nullptr);
   EXPECT_EQ(error, status.message);

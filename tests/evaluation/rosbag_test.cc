@@ -8,13 +8,13 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -84,19 +84,35 @@ class RosbagTest : public ::testing::Test {
 
   /// A bag with IMU messages and whatever `images` writes.
   void writeBag(const std::function<void(rosbag::Bag&)>& images) const {
-    rosbag::Bag bag;
-    bag.open(file(), static_cast<std::uint32_t>(rosbag::bagmode::Write));
+    rosbag::Bag bag(file(), rosbag::bagmode::Write);
+    writeImu(&bag);
+    images(bag);
+  }
+  static void writeImu(rosbag::Bag* bag) {
     for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
       const sensor_msgs::Imu message = imuMessage(k);
-      bag.write("/imu0", message.header.stamp, message);
+      bag->write("/imu0", message.header.stamp, message);
     }
-    images(bag);
-    bag.close();
+  }
+  /// Three images of a few pixels.
+  static void writeSmallImages(rosbag::Bag* bag) {
+    for (int k = 0; k < 3; ++k) {
+      const cv::Mat image(4, 6, CV_8UC1, cv::Scalar(7));
+      const sensor_msgs::Image message = imageMessage(k, image, "mono8");
+      bag->write("/cam0/image_raw", message.header.stamp, message);
+    }
   }
 
   std::unique_ptr<ImageSequence> open(const BagTopics& topics = BagTopics(),
                                       const std::string& truth = "") {
     return openRosbag(file(), topics, truth, WindowOptions().max_imu_gap_s, &status_);
+  }
+
+  /// The same of a bag that is in order.
+  std::unique_ptr<ImageSequence> opened(const BagTopics& topics = BagTopics()) {
+    auto sequence = open(topics);
+    if (sequence == nullptr) throw std::runtime_error(status_.message);
+    return sequence;
   }
 
   ScratchFolder folder_;
@@ -134,8 +150,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
     bag.write("/imu1", rosTime(TinyRecording::kT0Ns), imuMessage(0));
   });
   BagTopics topics = {"/imu0", "/cam0/image_raw", "odom", false};
-  const auto sequence = open(topics);
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened(topics);
   ASSERT_EQ(sequence->speeds().size(), 2u);
   const SpeedSample& second = sequence->speeds()[1];
   EXPECT_NEAR(second.t, 0.1, 1e-12);
@@ -155,8 +170,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
 
 TEST_F(RosbagTest, WithoutTruthAndWithoutLeadingSlashes) {
   writeTiny();
-  const auto sequence = open({"imu0", "cam0/image_raw", "", true});
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened({"imu0", "cam0/image_raw", "", true});
   EXPECT_TRUE(sequence->truth().empty());
   EXPECT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages));
 }
@@ -184,8 +198,7 @@ TEST_F(RosbagTest, EncodingsBecomeTheGreyOfOpenCv) {
       write(imageMessage(k, rgba, "rgba8", padding));
     }
   });
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   ASSERT_EQ(sequence->images(), 10u);
   for (std::size_t k = 0; k < 10; ++k) {
     std::string error;
@@ -204,8 +217,7 @@ TEST_F(RosbagTest, CompressedImagesAreDecodedAndFoundBesideTheRawTopic) {
     }
   });
   for (const char* topic : {"/cam0/image_raw", "/cam0/image_raw/compressed"}) {
-    const auto sequence = open({"/imu0", topic, "", true});
-    ASSERT_NE(sequence, nullptr) << status_.message;
+    const auto sequence = opened({"/imu0", topic, "", true});
     EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(1), cv::NORM_INF), 0.0);
     std::string error;
     EXPECT_TRUE(sequence->image(2, &error).empty());
@@ -227,8 +239,7 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
       bag.write("/cam0/image_raw", message.header.stamp, message);
     }
   });
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   EXPECT_FALSE(sequence->image(0, nullptr).empty());
   const auto problem = [&](std::size_t k) {
     std::string error;
@@ -269,8 +280,7 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
     sensor_msgs::Imu twice = imuMessage(9);
     bag.write("/imu0", rosTime(t + 2000000000), twice);
   });
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   const ImageSequenceCounts& counts = sequence->counts();
   EXPECT_EQ(counts.images, 4);
   EXPECT_EQ(counts.images_out_of_order, 1);
@@ -320,8 +330,7 @@ TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
   damage(std::string("\x05\0\0\0mono8", 9), 5, huge);
   damage(std::string("\x04\0\0\0imu0", 8), 10, huge);
   folder_.write("tiny.bag", bytes);
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   EXPECT_EQ(sequence->counts().images_unreadable, 1);
   EXPECT_EQ(sequence->counts().imu_unreadable, 1);
   EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples - 1);
@@ -358,15 +367,8 @@ TEST_F(RosbagTest, AnIndexThatLeadsOutOfItsChunkIsRefused) {
     {
       rosbag::Bag bag(file(), rosbag::bagmode::Write);
       bag.setCompression(compression);
-      for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
-        const sensor_msgs::Imu message = imuMessage(k);
-        bag.write("/imu0", message.header.stamp, message);
-      }
-      for (int k = 0; k < 3; ++k) {
-        const cv::Mat image(4, 6, CV_8UC1, cv::Scalar(7));
-        const sensor_msgs::Image message = imageMessage(k, image, "mono8");
-        bag.write("/cam0/image_raw", message.header.stamp, message);
-      }
+      writeImu(&bag);
+      writeSmallImages(&bag);
     }
     ASSERT_NE(open(), nullptr) << status_.message;
     std::string bytes = readFile(file());
@@ -415,8 +417,7 @@ TEST_F(RosbagTest, TheLengthOfThePixelsIsChecked) {
     ASSERT_NE(at, std::string::npos);
     bytes.replace(at + before.size(), 4, "\xff\xff\xff\x7f");
     folder_.write("tiny.bag", bytes);
-    const auto sequence = open({"/imu0", topic, "", true});
-    ASSERT_NE(sequence, nullptr) << status_.message;
+    const auto sequence = opened({"/imu0", topic, "", true});
     std::string error;
     EXPECT_TRUE(sequence->image(0, &error).empty());
     expectParts(error, "said to have 2147483647 bytes of pixels, ");
@@ -444,21 +445,13 @@ TEST_F(RosbagTest, UnusualBagsAreRead) {
   {
     rosbag::Bag bag(file(), rosbag::bagmode::Write);
     bag.setChunkThreshold(2000);
-    for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
-      const sensor_msgs::Imu message = imuMessage(k);
-      bag.write("/imu0", message.header.stamp, message);
-    }
+    writeImu(&bag);
   }
   {
     rosbag::Bag bag(file(), rosbag::bagmode::Append);
-    for (int k = 0; k < 3; ++k) {
-      const sensor_msgs::Image message =
-          imageMessage(k, cv::Mat(4, 6, CV_8UC1, cv::Scalar(7)), "mono8");
-      bag.write("/cam0/image_raw", message.header.stamp, message);
-    }
+    writeSmallImages(&bag);
   }
-  const auto sequence = open();
-  ASSERT_NE(sequence, nullptr) << status_.message;
+  const auto sequence = opened();
   EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples);
   EXPECT_EQ(sequence->images(), 3U);
 }

@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "support/euroc_camera.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -60,12 +60,7 @@ struct Tracked {
 
 Tracked track(SlidingCard* card, const Calibration& calibration = Calibration(),
               const std::function<void(int, int)>& progress = {}) {
-  feature_tracker_lines::CameraParameters camera;
-  camera.width = 320;
-  camera.height = 240;
-  camera.fx = camera.fy = 200.0;
-  camera.cx = 160.0;
-  camera.cy = 120.0;
+  const auto camera = cameraOf(320, 240, 200.0, 200.0, 160.0, 120.0);
   Tracked tracked;
   tracked.error = trackImages(card, camera, calibration, feature_tracker_lines::FrontEndOptions(),
                               progress, &tracked.frames, &tracked.summary);

@@ -161,10 +161,8 @@ TEST(GyroBiasFit, SkipsGapsAndSaysWhenNothingIsLeft) {
 
 TEST(GyroBiasFit, AgreesWithTheRecordedBiasOfRealData) {
   const std::string data = SLIM_INIT_SHARED_DATA;
-  if (!std::filesystem::is_directory(data)) {
-    // The EuRoC recordings are not part of the repository (their licence is not ours).
-    GTEST_SKIP() << "no recordings at " << data;
-  }
+  // The EuRoC recordings are not part of the repository (their licence is not ours).
+  if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
   for (const char* name : {"V1_02", "MH_04"}) {
     RecordedMotion motion;
     ASSERT_TRUE(readRecordedMotion(data + "/" + name, WindowOptions().max_imu_gap_s, &motion).ok());

@@ -79,9 +79,7 @@ inline DownstreamRecord runNothing(const Sequence&, const InitResult& answer) {
 /// What a clock says, the same in all windows.
 inline void forgetTimes(ProtocolResult* result) {
   for (WindowRecord& window : result->windows) {
-    for (MethodRecord& record : window.methods) {
-      record.solve_ms = record.solve_cpu_ms = 0.0;
-    }
+    for (MethodRecord& record : window.methods) record.solve_ms = record.solve_cpu_ms = 0.0;
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -26,25 +25,15 @@ CameraParameters widePinhole() {  // corners at 60 degrees and more, heavily dis
 }
 
 CameraParameters kannalaBrandt() {  // a 512 px fisheye of about 190 degrees, TUM-VI like
-  CameraParameters p;
+  CameraParameters p = cameraOf(512, 512, 190.978, 190.973, 254.931, 256.897);
   p.model = CameraModel::kKannalaBrandt;
-  p.width = 512;
-  p.height = 512;
-  p.fx = 190.978;
-  p.fy = 190.973;
-  p.cx = 254.931;
-  p.cy = 256.897;
   p.distortion = {0.0034, 0.0008, -0.0020, 0.0004};
   return p;
 }
 
 CameraParameters mei() {  // wide angle, mirror parameter above one
-  CameraParameters p;
+  CameraParameters p = cameraOf(752, 480, 850.0, 848.0, 370.0, 245.0);
   p.model = CameraModel::kMei;
-  p.fx = 850.0;
-  p.fy = 848.0;
-  p.cx = 370.0;
-  p.cy = 245.0;
   p.distortion = {-0.12, 0.05, 0.0008, -0.0004};
   p.xi = 1.25;
   return p;
@@ -120,9 +109,8 @@ TEST_P(CameraRoundTrip, BadArgumentsHaveNoAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, CameraRoundTrip,
-                         ::testing::Values(testing_support::eurocCamera(), widePinhole(),
-                                           CameraParameters(), kannalaBrandt(), mei(),
-                                           meiBelowOne()));
+                         ::testing::Values(eurocCamera(), widePinhole(), CameraParameters(),
+                                           kannalaBrandt(), mei(), meiBelowOne()));
 
 // OpenCV as an independent reference, on a grid of rays up to `x` and `y` beside the axis.
 // `project` takes the ray, K and the distortion.
@@ -145,7 +133,7 @@ void expectAsOpenCv(const CameraParameters& p, double x_end, double y_end, const
 
 TEST(Camera, PinholeAndKannalaBrandtProjectAsOpenCv) {
   const cv::Vec3d zero(0, 0, 0);
-  expectAsOpenCv(testing_support::eurocCamera(), 0.6, 0.4,
+  expectAsOpenCv(eurocCamera(), 0.6, 0.4,
                  [&](const auto& ray, const auto& k, const auto& d, auto* pixels) {
                    cv::projectPoints(ray, zero, zero, k, d, *pixels);
                  });
@@ -156,7 +144,7 @@ TEST(Camera, PinholeAndKannalaBrandtProjectAsOpenCv) {
 }
 
 TEST(Camera, MeiWithoutMirrorIsAPinhole) {
-  CameraParameters p = testing_support::eurocCamera();
+  CameraParameters p = eurocCamera();
   const Camera reference(p);
   p.model = CameraModel::kMei;
   p.xi = 0.0;
@@ -196,7 +184,7 @@ TEST(Camera, FisheyeSeesBehindTheImagePlane) {
 // Far off the axis barrel distortion turns back: rays from there land inside the image again, on
 // top of the true ones, and must not be reported as seen.
 TEST(Camera, FoldedRaysAreNotSeen) {
-  CameraParameters p = testing_support::eurocCamera();
+  CameraParameters p = eurocCamera();
   p.distortion = {-0.3, 0.0, 0.0, 0.0};
   const Camera camera(p);
   const double fold = std::sqrt(1.0 / 0.9);  // 1 - 0.9 r^2 = 0

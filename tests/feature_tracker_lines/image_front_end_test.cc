@@ -14,6 +14,7 @@
 #include <set>
 
 #include "room_walk.h"
+#include "support/frames.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
@@ -43,13 +44,7 @@ void expectComplete(const FrameObservation& frame, const ImageReport& report, in
   EXPECT_EQ(static_cast<int>(frame.points.size()), report.points_tracked + report.points_new);
   EXPECT_EQ(static_cast<int>(frame.lines.size()),
             report.lines_matched + report.lines_carried + report.lines_new);
-  for (const PointObservation& point : frame.points) {
-    EXPECT_EQ(point.row, imageRow(point.pixel.y(), height));
-  }
-  for (const LineObservation& line : frame.lines) {
-    EXPECT_EQ(line.start_row, imageRow(line.start_pixel.y(), height));
-    EXPECT_EQ(line.end_row, imageRow(line.end_pixel.y(), height));
-  }
+  expectOwnRows(frame, height);
 }
 
 Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
@@ -66,15 +61,9 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
     expectComplete(frame, outcome.report, walk->parameters.height);
     outcome.outliers += outcome.report.points_outliers;
     outcome.overruled += outcome.report.rotation_overruled ? 1 : 0;
-    std::set<FeatureId> points, lines;
-    for (const PointObservation& point : outcome.last.points) points.insert(point.id);
-    for (const LineObservation& line : outcome.last.lines) lines.insert(line.id);
-    for (const PointObservation& point : frame.points) {
-      outcome.persisting += static_cast<double>(points.count(point.id)) / (images - 1);
-    }
-    for (const LineObservation& line : frame.lines) {
-      outcome.lines_persisting += static_cast<double>(lines.count(line.id)) / (images - 1);
-    }
+    const double steps = images - 1;
+    outcome.persisting += countIn(idSet(outcome.last.points), frame.points) / steps;
+    outcome.lines_persisting += countIn(idSet(outcome.last.lines), frame.lines) / steps;
     outcome.points += static_cast<double>(frame.points.size()) / images;
     outcome.lines += static_cast<double>(frame.lines.size()) / images;
     const bool used = outcome.report.rotation_from_gyro && !outcome.report.rotation_overruled;
@@ -199,26 +188,15 @@ TEST(FrontEndPoints, ADarkRoomWithEnoughPointsKeepsTheSame) {
 // Not dark: bit for bit what it is without.
 TEST(FrontEndPoints, ABrightRoomIsTrackedAsItIs) {
   const Outcome with = runDark(1.0, 1.0, true), without = runDark(1.0, 1.0, false);
-  ASSERT_EQ(with.last.points.size(), without.last.points.size());
-  for (std::size_t i = 0; i < with.last.points.size(); ++i) {
-    EXPECT_EQ(with.last.points[i].id, without.last.points[i].id);
-    EXPECT_EQ(with.last.points[i].pixel, without.last.points[i].pixel);
-  }
-  EXPECT_EQ(with.last.lines.size(), without.last.lines.size());
+  EXPECT_TRUE(sameFrame(with.last, without.last));
   EXPECT_EQ(with.report.image_noise, without.report.image_noise);
 }
 
 // Fraction of the points `before` that the frame has too; NaN if there were none. `before` becomes
 // those of the frame.
 double keptOf(std::set<FeatureId>* before, const FrameObservation& frame) {
-  std::set<FeatureId> now;
-  double kept = 0.0;
-  for (const PointObservation& point : frame.points) {
-    now.insert(point.id);
-    kept += static_cast<double>(before->count(point.id));
-  }
-  kept /= static_cast<double>(before->size());
-  *before = now;
+  const double kept = countIn(*before, frame.points) / static_cast<double>(before->size());
+  *before = idSet(frame.points);
   return kept;
 }
 
@@ -416,14 +394,11 @@ Survival surviveGyroDamage(const CameraParameters& camera, const Texture& textur
     EXPECT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
     if (k >= first) errors.add(walk, k, frame);
     overruled += front_end.report().rotation_overruled ? 1 : 0;
-    for (const PointObservation& point : frame.points) {
-      if (k == first - 1) points.insert(point.id);
-      if (k == first + images + 1) points_after += static_cast<double>(points.count(point.id));
-    }
-    for (const LineObservation& line : frame.lines) {
-      if (k == first - 1) lines.insert(line.id);
-      if (k == first + images + 1) lines_after += static_cast<double>(lines.count(line.id));
-    }
+    if (k == first - 1) points = idSet(frame.points);
+    if (k == first - 1) lines = idSet(frame.lines);
+    if (k != first + images + 1) continue;
+    points_after = countIn(points, frame.points);
+    lines_after = countIn(lines, frame.lines);
   }
   return {points_after / static_cast<double>(points.size()),
           lines_after / static_cast<double>(lines.size()), errors.pointsBeyond(1.5), overruled};
@@ -522,10 +497,8 @@ class FrontEndFailures : public ::testing::Test {
   }
   // Tracked anew, under other ids than `before`.
   void expectAllNew(const FrameObservation& before) const {
-    std::set<FeatureId> seen;
-    for (const PointObservation& point : before.points) seen.insert(point.id);
     EXPECT_GT(frame_.points.size(), 60U);
-    for (const PointObservation& point : frame_.points) EXPECT_EQ(seen.count(point.id), 0U);
+    EXPECT_EQ(countIn(idSet(before.points), frame_.points), 0);
   }
 
   RoomWalk walk_;
@@ -596,25 +569,6 @@ TEST_F(FrontEndFailures, ResetForgetsAllButTheIds) {
 
 // ----------------------------------------------------------------------------------------- others
 
-bool same(const FrameObservation& a, const FrameObservation& b) {
-  if (a.t != b.t || a.points.size() != b.points.size() || a.lines.size() != b.lines.size()) {
-    return false;
-  }
-  for (std::size_t i = 0; i < a.points.size(); ++i) {
-    if (a.points[i].id != b.points[i].id || a.points[i].pixel != b.points[i].pixel ||
-        a.points[i].bearing != b.points[i].bearing) {
-      return false;
-    }
-  }
-  for (std::size_t i = 0; i < a.lines.size(); ++i) {
-    if (a.lines[i].id != b.lines[i].id || a.lines[i].start_bearing != b.lines[i].start_bearing ||
-        a.lines[i].end_bearing != b.lines[i].end_bearing) {
-      return false;
-    }
-  }
-  return true;
-}
-
 class FrontEndProfiles : public testing::TestWithParam<TrackerProfile> {};
 
 INSTANTIATE_TEST_SUITE_P(Both, FrontEndProfiles,
@@ -637,7 +591,7 @@ TEST_P(FrontEndProfiles, EqualInputsGiveEqualFramesWhateverTheThreadsOfOpenCv) {
                 ImageStatus::kTracked);
       ASSERT_FALSE(frames.back()[k].points.empty());
       ASSERT_FALSE(frames.back()[k].lines.empty());
-      EXPECT_TRUE(same(frames.back()[k], frames.front()[k]))
+      EXPECT_TRUE(sameFrame(frames.back()[k], frames.front()[k]))
           << "image " << k << ", " << threads << " threads";
     }
   }
@@ -656,7 +610,7 @@ TEST(FrontEnd, ColourImagesAreTakenAsGrey) {
     ASSERT_EQ(grey.addImage(walk.time(k), image, &a), ImageStatus::kTracked);
     ASSERT_EQ(colour.addImage(walk.time(k), bgr, &b), ImageStatus::kTracked);
   }
-  EXPECT_TRUE(same(a, b));
+  EXPECT_TRUE(sameFrame(a, b));
 }
 
 TEST(FrontEnd, TheDebugImageShowsLines) {

@@ -620,11 +620,7 @@ TEST(LineDetectorTest, LengthContrastAndNoiseHaveTheirBounds) {
 class StepsOf : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(IntervalRatios, StepsOf, testing::Values(1.0, 2.0));
 TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
-  CameraParameters camera;
-  camera.width = 320;
-  camera.height = 240;
-  camera.cx = 160.0;
-  camera.cy = 120.0;
+  const CameraParameters camera = cameraOf(320, 240, 460.0, 460.0, 160.0, 120.0);
   const auto imageAt = [&](double shift) {
     return painted(camera.width, camera.height, [shift](int x, int y) {
       return 140.0 * textures::cloud(1, x - shift, y, 9.0) +

@@ -14,18 +14,13 @@
 #include "box_room.h"
 #include "geometry/so3.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "support/euroc_camera.h"
 
 namespace slim_init::feature_tracker_lines {
 
 /// EuRoC's lens at half its resolution.
 inline CameraParameters smallCamera() {
-  CameraParameters camera;
-  camera.width = 376;
-  camera.height = 240;
-  camera.fx = 229.3;
-  camera.fy = 228.6;
-  camera.cx = 183.6;
-  camera.cy = 124.2;
+  CameraParameters camera = cameraOf(376, 240, 229.3, 228.6, 183.6, 124.2);
   camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
   return camera;
 }
@@ -40,15 +35,7 @@ inline CameraParameters eurocCamera() {
 }
 
 /// The colour camera of a RealSense, twice EuRoC's focal length.
-inline CameraParameters hdCamera() {
-  CameraParameters camera;
-  camera.width = 1280;
-  camera.height = 720;
-  camera.fx = camera.fy = 906.0;
-  camera.cx = 640.0;
-  camera.cy = 360.0;
-  return camera;
-}
+inline CameraParameters hdCamera() { return cameraOf(1280, 720, 906.0, 906.0, 640.0, 360.0); }
 
 inline Calibration calibrationOf(const CameraParameters& camera) {
   Calibration calibration;
@@ -198,9 +185,7 @@ struct TrackErrors {
       line_pairs_right += angle < 2.0 && offset < 3.0 ? 1 : 0;
     }
     keyframe_.clear();
-    for (const LineObservation& line : frame.lines) {
-      keyframe_[line.id] = endsOf(walk, k, line);
-    }
+    for (const LineObservation& line : frame.lines) keyframe_[line.id] = endsOf(walk, k, line);
   }
 
  private:

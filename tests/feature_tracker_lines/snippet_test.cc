@@ -3,7 +3,6 @@
 // Real images of a vehicle that stands still. Skipped where the recording is not at hand.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <set>

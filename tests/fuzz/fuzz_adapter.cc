@@ -2,8 +2,6 @@
 //
 // The bytes are a host: any order of calls to the adapter, with any stamps and values.
 #include <algorithm>
-#include <cmath>
-#include <memory>
 #include <vector>
 
 #include "observations.h"

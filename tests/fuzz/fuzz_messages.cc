@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The bytes are a point or a line message of any shape, as a tracker may send it.
-#include <cmath>
 #include <iterator>
 #include <vector>
 

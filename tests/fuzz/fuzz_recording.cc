@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The bytes are one of the three tables of a recording without images; the first says which.
-#include <cmath>
 
 #include "fuzz_target.h"
 #include "slim_init/evaluation/recorded.h"

@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <cstdlib>
 #include <limits>
 
 namespace slim_init {

@@ -11,9 +11,6 @@
 namespace slim_init {
 namespace {
 
-using testing_support::jacobiansAgree;
-using testing_support::numericJacobian;
-
 constexpr double kExact = 1e-14;       // one rotation composed of a few roundings
 constexpr double kDifferences = 1e-7;  // central differences with step 1e-6
 

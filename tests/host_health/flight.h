@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <utility>
 #include <vector>
 
 #include "slim_init/types.h"
@@ -16,13 +15,13 @@ constexpr int kHostFrames = 11;  ///< of the host's window
 constexpr int kFrames = 40;      ///< of the flight
 
 /// At 10 Hz; `noise`: of the IMU, and 0.6 px of the tracks.
-inline testing_support::ExactWindow flight(bool noise = false) {
-  testing_support::ExactWindowOptions options;
+inline ExactWindow flight(bool noise = false) {
+  ExactWindowOptions options;
   options.keyframes = kFrames;
   options.interval_s = 0.1;
   options.imu_noise = noise;
   if (noise) options.pixel_noise = 0.6;
-  return testing_support::makeExactWindow(options);
+  return makeExactWindow(options);
 }
 
 /// Adds `accel` and `gyro` to the samples in [first, last).

@@ -35,7 +35,6 @@
 namespace slim_init::host_health {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using innovation_detail::PoseResidual;
 using innovation_detail::poseResidual;
 using innovation_detail::PoseTrack;

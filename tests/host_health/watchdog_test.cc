@@ -23,8 +23,6 @@
 namespace slim_init::host_health {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 struct Screened {
   std::vector<ImuSample> used;
   ImuScreen screen{ImuLimits()};

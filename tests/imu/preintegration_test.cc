@@ -13,8 +13,6 @@ namespace slim_init {
 namespace {
 
 using Eigen::Vector3d;
-using testing_support::jacobiansAgree;
-using testing_support::numericJacobian;
 
 const Vector3d kZero = Vector3d::Zero();
 

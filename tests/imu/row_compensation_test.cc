@@ -12,8 +12,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 TEST(RowCompensation, AGlobalShutterNeedsNone) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   EXPECT_EQ(withRowsCompensated(*exact.window, Eigen::Vector3d::Zero()), nullptr);

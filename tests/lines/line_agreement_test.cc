@@ -12,8 +12,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kMaxError = 6.0 * 0.7 / 458.0;
 constexpr int kMinViews = 3;
 

@@ -51,7 +51,7 @@ TEST(VanishingPoint, IsExactForNoiseFreeLinesInEveryDirection) {
                                              Eigen::Vector3d(-0.5, 0.5, 0.7).normalized()};
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 500; ++trial) {
-    const Eigen::Vector3d drawn = testing_support::drawnVector([&] { return normal(random); });
+    const Eigen::Vector3d drawn = drawnVector([&] { return normal(random); });
     directions.push_back(drawn.normalized());
   }
   for (const Eigen::Vector3d& truth : directions) {

@@ -21,7 +21,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using testing_support::eurocCalibration;
 
 constexpr double kDuration = 3.2;    // [s]
 constexpr double kImageRate = 10.0;  // [Hz], as hosts have it
@@ -30,7 +29,7 @@ constexpr double kFocalPx = 458.0;
 constexpr double kHalfWidth = 0.8, kHalfHeight = 0.52;  // of the image, at unit distance
 
 /// Position of the body [m] and attitude of a camera that looks along x, as a rotation vector.
-struct Motion {
+struct BodyMotion {
   std::function<Vector3d(double t)> position;
   std::function<Vector3d(double t)> rotation;
 };
@@ -39,7 +38,7 @@ struct Motion {
 using PointMotion = std::function<Vector3d(int i, const Vector3d& place, double t)>;
 
 struct Scene {
-  Motion motion;
+  BodyMotion motion;
   int points = 60;
   double nearest_m = 2.0, farthest_m = 8.0;
   Vector3d accel_bias = Vector3d(-0.02, 0.1, 0.09);
@@ -186,7 +185,7 @@ FirstAnswer ask(const Recording& recording, const InitializerOptions& options) {
     answer.accepted = true;
     answer.at_s = frame.t;
     answer.warnings = result.warnings;
-    answer.scale_error = std::abs(testing_support::scaleError(result.states, truth));
+    answer.scale_error = std::abs(scaleError(result.states, truth));
     return answer;
   }
   return answer;
@@ -233,10 +232,16 @@ void expectRefused(unsigned seeds, const std::function<Scene(std::mt19937*)>& ma
   EXPECT_GT(askAll(seeds, make).wrong_if_trusted, 0);
 }
 
-Motion excited(std::mt19937* random) {
+BodyMotion excited(std::mt19937* random) {
   const auto path = sway(random, 0.3, 1.2, 0.25);
   const auto turn = sway(random, 0.2, 0.8, 0.08);
   return {path, turn};
+}
+
+/// Constant velocity and acceleration, with a shake.
+std::function<Vector3d(double)> shaken(const Vector3d& velocity, const Vector3d& acceleration,
+                                       const std::function<Vector3d(double)>& shake) {
+  return [=](double t) -> Vector3d { return velocity * t + 0.5 * acceleration * t * t + shake(t); };
 }
 
 // A scene in which nothing is wrong: what refuses the others must not refuse this one.
@@ -264,10 +269,7 @@ TEST(Adversarial, APartOfTheVehicleInView) {
 TEST(Adversarial, NearConstantVelocityWithFewPoints) {
   expectRefused(4, [](std::mt19937* random) {
     Scene scene;
-    const auto small = sway(random, 0.5, 2.0, 0.002);
-    scene.motion.position = [small](double t) {
-      return Vector3d(Vector3d(0.8 * t, 0, 0) + small(t));
-    };
+    scene.motion.position = shaken({0.8, 0, 0}, {0, 0, 0}, sway(random, 0.5, 2.0, 0.002));
     scene.motion.rotation = sway(random, 0.3, 1.0, 0.01);
     scene.points = 15;
     return scene;
@@ -288,10 +290,7 @@ TEST(Adversarial, GravityAgainstAccelerometerBias) {
 TEST(Adversarial, HoverThatDrifts) {
   expectRefused(4, [](std::mt19937* random) {
     Scene scene;
-    const auto jitter = sway(random, 0.5, 2.0, 0.004);
-    scene.motion.position = [jitter](double t) {
-      return Vector3d(Vector3d(0, 0.08 * t, 0) + jitter(t));
-    };
+    scene.motion.position = shaken({0, 0.08, 0}, {0, 0, 0}, sway(random, 0.5, 2.0, 0.004));
     scene.motion.rotation = sway(random, 0.3, 1.0, 0.02);
     scene.nearest_m = 4.0;
     scene.farthest_m = 12.0;
@@ -315,10 +314,7 @@ TEST(Adversarial, Elevator) {
 TEST(Adversarial, VehicleWithConstantAcceleration) {
   expectRefused(4, [](std::mt19937* random) {
     Scene scene;
-    const auto shake = sway(random, 1.0, 3.0, 0.003);
-    scene.motion.position = [shake](double t) {
-      return Vector3d(Vector3d(2.0 * t + 0.8 * t * t, 0.0, 0.0) + shake(t));
-    };
+    scene.motion.position = shaken({2.0, 0, 0}, {1.6, 0, 0}, sway(random, 1.0, 3.0, 0.003));
     scene.motion.rotation = sway(random, 0.3, 1.0, 0.005);
     scene.nearest_m = 8.0;
     scene.farthest_m = 40.0;

@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "geometry/so3.h"
 #include "pipeline/rotation_stage.h"
@@ -19,8 +18,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 constexpr double kRadPerDeg = M_PI / 180.0;
 

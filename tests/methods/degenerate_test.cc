@@ -4,21 +4,29 @@
 // returned.
 #include <gtest/gtest.h>
 
+#include "methods/method_checks.h"
 #include "slim_init/baselines/baselines.h"
-#include "support/exact_window.h"
 #include "support/method_name.h"
 
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class Degenerate : public ::testing::TestWithParam<std::string> {
  protected:
-  InitResult solve(const ExactWindow& exact, GateMode mode = GateMode::kOn) const {
+  InitResult solve(const InitWindow& window, GateMode mode = GateMode::kOn) const {
     InitializerOptions options;
     options.gates.mode = mode;
-    return baselines::makeMethod(GetParam(), options)->solve(*exact.window);
+    return baselines::makeMethod(GetParam(), options)->solve(window);
+  }
+  InitResult solve(const ExactWindow& exact, GateMode mode = GateMode::kOn) const {
+    return solve(*exact.window, mode);
+  }
+  // Ten noisy windows of a motion, each with its status.
+  void expectStatus(Motion motion, InitStatus status) const {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const InitResult result = solve(noisyWindow(motion, seed));
+      EXPECT_EQ(result.status, status) << "seed " << seed << ": " << result.message;
+    }
   }
 };
 
@@ -47,18 +55,11 @@ TEST_P(Degenerate, PureRotationIsNamedWithItsGyroBias) {
 }
 
 TEST_P(Degenerate, ConstantVelocityHasTooLittleExcitation) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    const InitResult result = solve(noisyWindow(Motion::kConstantVelocity, seed));
-    EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation)
-        << "seed " << seed << ": " << result.message;
-  }
+  expectStatus(Motion::kConstantVelocity, InitStatus::kTooLittleExcitation);
 }
 
 TEST_P(Degenerate, ExcitedMotionPassesTheSameGates) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    const InitResult result = solve(noisyWindow(Motion::kExcited, seed));
-    EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed << ": " << result.message;
-  }
+  expectStatus(Motion::kExcited, InitStatus::kSuccess);
 }
 
 TEST_P(Degenerate, PublishedMethodsHaveNoGatesOfTheirOwn) {
@@ -135,19 +136,7 @@ TEST_P(Degenerate, ANonPositiveScaleIsNeverASuccess) {
 }
 
 TEST_P(Degenerate, ParallelBearingsAndCoincidentPointsDoNotCrash) {
-  ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  for (FrameObservation& frame : exact.keyframes) {
-    for (PointObservation& point : frame.points) point.bearing = Eigen::Vector3d::UnitZ();
-    for (LineObservation& line : frame.lines) {
-      line.start_bearing = Eigen::Vector3d(0, 0, 1);
-      line.end_bearing = Eigen::Vector3d(0, 0.1, 1).normalized();
-    }
-  }
-  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
-  ASSERT_NE(window, nullptr);
-  InitializerOptions options;
-  options.gates.mode = GateMode::kOn;
-  const InitResult result = baselines::makeMethod(GetParam(), options)->solve(*window);
+  const InitResult result = solve(*windowOfParallelBearings());
   EXPECT_NE(result.status, InitStatus::kSuccess) << result.message;
 }
 

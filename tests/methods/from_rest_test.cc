@@ -20,8 +20,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 // Of ExactWindowOptions [s].
 const double kRestBefore = ExactWindowOptions().rest_s;
 

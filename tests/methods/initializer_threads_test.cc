@@ -24,8 +24,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 ExactWindow exactWindow(int keyframes) {
   ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);
   options.keyframes = keyframes;

@@ -16,8 +16,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class Invariance : public ::testing::TestWithParam<std::string> {
  protected:
   InitResult solve(const InitWindow& window,

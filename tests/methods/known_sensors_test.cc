@@ -5,7 +5,6 @@
 // it; and from a host to the solver.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -23,7 +22,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 constexpr double kDeg = M_PI / 180.0;

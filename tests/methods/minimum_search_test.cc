@@ -12,8 +12,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 // A window with what searchMinimum() needs, at the true state.
 struct Search {
   explicit Search(ExactWindow window)

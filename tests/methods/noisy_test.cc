@@ -4,41 +4,24 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
+#include "methods/method_checks.h"
 #include "slim_init/baselines/baselines.h"
 #include "support/chi_square.h"
-#include "support/exact_window.h"
 #include "support/method_name.h"
 
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
-// Accelerations of 1.4 m/s^2 over 2.25 s, 100 points at 0.6 px, EuRoC's IMU, no accelerometer bias.
-constexpr double kMedianScaleError = 0.03;
-constexpr double kWorstScaleError = 0.12;
-constexpr double kMedianGravityErrorDeg = 0.3;
-
 class Noisy : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Noisy, StaysWithinTolerance) {
-  const auto solver = baselines::makeMethod(GetParam(), InitializerOptions());
-  std::vector<double> scale, gravity;
-  for (unsigned seed = 1; seed <= 30; ++seed) {
-    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
-    const InitResult result = solver->solve(*exact.window);
-    ASSERT_TRUE(result.hasEstimate()) << "seed " << seed << ": " << result.message;
-    scale.push_back(std::abs(scaleError(result.states, exact.truth)));
-    gravity.push_back(gravityErrorRad(result.gravity_b0, exact.truth[0]) * 180.0 / M_PI);
-  }
-  std::sort(scale.begin(), scale.end());
-  std::sort(gravity.begin(), gravity.end());
-  EXPECT_LT(scale[15], kMedianScaleError);
-  EXPECT_LT(scale.back(), kWorstScaleError);
-  EXPECT_LT(gravity[15], kMedianGravityErrorDeg);
+  const NoisyErrors errors(*baselines::makeMethod(GetParam(), InitializerOptions()), 30);
+  ASSERT_EQ(errors.scale.size(), 30u);
+  EXPECT_LT(errors.scale[15], 0.03);
+  EXPECT_LT(errors.scale.back(), 0.12);
+  EXPECT_LT(errors.gravity_deg[15], 0.3);
 }
 
 // Over many windows, scale, biases, speed and distance of `slim` miss the truth by as much as it

@@ -7,8 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -26,8 +24,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 // Data that are a draw from what the estimator assumes, images at 20 Hz.
 ExactWindowOptions shortWindowOptions(unsigned seed, int keyframes) {

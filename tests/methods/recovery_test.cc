@@ -35,8 +35,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kDeg = M_PI / 180.0;
 
 // Standard deviations of a host's state in flight.
@@ -452,48 +450,31 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   const auto initializer = makeFed(exact, dataSheetOptions());
   const StatePrior good = priorOf(exact.truth.front(), 1);
-  const auto refused = [&](const StatePrior& prior, const std::string& reason) {
-    const InitResult answer = solve(exact, prior);
-    EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
-    expectParts(answer.message, reason);
+  enum By { kSolver = 1, kInitializer = 2, kBoth = 3 };
+  const auto refused = [&](By by, const std::string& reason, const auto& spoil) {
+    StatePrior bad = good;
+    spoil(&bad);
+    std::vector<InitResult> answers;
+    if ((by & kSolver) != 0) answers.push_back(solve(exact, bad));
+    if ((by & kInitializer) != 0) answers.push_back(initializer->initialize({{bad}, {}}));
+    for (const InitResult& answer : answers) {
+      EXPECT_EQ(answer.status, InitStatus::kInvalidInput) << reason;
+      expectParts(answer.message, reason);
+    }
   };
-  // By the solver, and before it comes to one.
-  const auto refusedByBoth = [&](const StatePrior& prior, const std::string& reason) {
-    refused(prior, reason);
-    const InitResult answer = initializer->initialize({{prior}, {}});
-    EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
-    expectParts(answer.message, reason);
-  };
-  StatePrior bad = good;
-  bad.state.v_w_b.x() = std::nan("");
-  refusedByBoth(bad, "the last healthy state is not finite");
-  bad = good;
-  bad.state.R_w_b *= 1.1;
-  refusedByBoth(bad, "not a rotation");
-  bad = good;
-  bad.covariance(8, 8) = -1.0;
-  refusedByBoth(bad, "on its diagonal");
-  bad = good;
-  bad.covariance(8, 2) = 0.1;
-  refusedByBoth(bad, "not symmetric");
-  bad = good;
-  bad.covariance(8, 8) = std::nan("");
-  refusedByBoth(bad, "not finite");
-  bad = good;
-  bad.covariance.setZero();
-  refused(bad, "not positive definite");
-  bad = good;
-  bad.state.t += 0.01;
-  refused(bad, "first keyframe");
-  bad = good;
-  bad.calibration.emplace().R_b_c.setZero();
-  refusedByBoth(bad, "calibration");
+  refused(kBoth, "the last healthy state is not finite",
+          [](StatePrior* bad) { bad->state.v_w_b.x() = std::nan(""); });
+  refused(kBoth, "not a rotation", [](StatePrior* bad) { bad->state.R_w_b *= 1.1; });
+  refused(kBoth, "on its diagonal", [](StatePrior* bad) { bad->covariance(8, 8) = -1.0; });
+  refused(kBoth, "not symmetric", [](StatePrior* bad) { bad->covariance(8, 2) = 0.1; });
+  refused(kBoth, "not finite", [](StatePrior* bad) { bad->covariance(8, 8) = std::nan(""); });
+  refused(kSolver, "not positive definite", [](StatePrior* bad) { bad->covariance.setZero(); });
+  refused(kSolver, "first keyframe", [](StatePrior* bad) { bad->state.t += 0.01; });
+  refused(kBoth, "calibration",
+          [](StatePrior* bad) { bad->calibration.emplace().R_b_c.setZero(); });
   for (const double t : {-5.0, 1e6}) {
-    bad = good;
-    bad.state.t = t;
-    const InitResult answer = initializer->initialize({{bad}, {}});
-    EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
-    expectParts(answer.message, "outside the buffered IMU data");
+    refused(kInitializer, "outside the buffered IMU data",
+            [t](StatePrior* bad) { bad->state.t = t; });
   }
 }
 

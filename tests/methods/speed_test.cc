@@ -20,8 +20,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 enum class Kind { kForward, kNonHolonomic, kVelocity };
 
 // How the wheel measures.

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
@@ -12,8 +11,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 class Success : public ::testing::TestWithParam<std::string> {
  protected:

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "slim_init/initializer.h"
@@ -16,8 +15,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 ExactWindow exactWindow(Motion motion) {
   ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);

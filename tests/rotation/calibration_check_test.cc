@@ -15,8 +15,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 constexpr double kRadPerDeg = M_PI / 180.0;
 
 ExactWindow exactWindow(unsigned seed, double pixel_noise, Motion motion = Motion::kExcited) {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <random>
-#include <vector>
 
 #include "slim_init/row_times.h"
 #include "support/exact_window.h"
@@ -13,8 +12,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 ExactWindowOptions noisy(unsigned seed, double noise_px) {
   ExactWindowOptions options = drawnFromTheModel(seed, 0.05);

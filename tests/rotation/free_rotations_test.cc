@@ -29,11 +29,10 @@ std::shared_ptr<const InitWindow> movingWindow(double depth, double step, std::m
   constexpr double kFocalPx = 460.0, kNoisePx = 0.6, kDistance = 3.0;
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  const Eigen::Vector3d along =
-      testing_support::drawnVector([&] { return normal(*random); }).normalized();
+  const Eigen::Vector3d along = drawnVector([&] { return normal(*random); }).normalized();
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < kPoints; ++i) {
-    const Eigen::Vector3d drawn = testing_support::drawnVector([&] { return uniform(*random); });
+    const Eigen::Vector3d drawn = drawnVector([&] { return uniform(*random); });
     points.emplace_back(2.4 * drawn.x(), 1.5 * drawn.y(), kDistance + depth * drawn.z());
   }
   std::vector<FrameObservation> frames(kKeyframes);
@@ -78,8 +77,7 @@ Freed freed(double depth, double step, double wrong) {
     const auto window = movingWindow(depth, step, &random);
     if (window == nullptr) continue;
     std::normal_distribution<double> normal;
-    const Eigen::Vector3d error =
-        wrong * testing_support::drawnVector([&] { return normal(random); }).normalized();
+    const Eigen::Vector3d error = wrong * drawnVector([&] { return normal(random); }).normalized();
     const KeyframePairs pairs(*window, kMaxGap);
     PairRotation rotation;
     rotation.R_ci_cj = expSO3(error);

@@ -13,7 +13,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

@@ -15,7 +15,6 @@ namespace {
 
 using namespace baselines;  // NOLINT: what these tests compare with
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 double relativeError(const Vector3d& estimate, const Vector3d& truth) {

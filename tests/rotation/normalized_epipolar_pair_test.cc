@@ -19,8 +19,6 @@ using namespace baselines;  // NOLINT: what these tests compare with
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using testing_support::jacobiansAgree;
-using testing_support::numericJacobian;
 
 constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
 

@@ -14,7 +14,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 // With the pairs and rotations that the pruning needs, and nothing known of the baselines.

@@ -14,7 +14,6 @@ namespace {
 
 using namespace baselines;  // NOLINT: what these tests compare with
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

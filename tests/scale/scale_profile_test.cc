@@ -8,7 +8,6 @@
 
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "estimation/posterior.h"
@@ -24,8 +23,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 // Factors of a vibrating vehicle, whatever the samples of the simulated one look like.
 InertialOptions widenedNoise() {
@@ -236,9 +233,7 @@ TEST(VisualInformation, DoesNotKnowTheScale) {
   const WindowState& state = at.refined.state;
   const Eigen::Vector3d& t = at.exact.calibration.t_b_c;
   Eigen::VectorXd grow = Eigen::VectorXd::Zero(6 * state.size());
-  for (int k = 0; k < state.size(); ++k) {
-    grow.segment<3>(6 * k + 3) = cameraCentre(state, k, t) - t;
-  }
+  for (int k = 0; k < state.size(); ++k) grow.segment<3>(6 * k + 3) = cameraCentre(state, k, t) - t;
   const double information = grow.dot(at.refined.visual_information * grow);
   // Any other displacement of that size is seen: here of one camera.
   Eigen::VectorXd other = Eigen::VectorXd::Zero(6 * state.size());

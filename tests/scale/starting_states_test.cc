@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -17,8 +16,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 struct Prepared {
   ExactWindow exact;
@@ -64,7 +61,7 @@ TEST(StartingStates, WithoutNoiseTheyAreTheTruth) {
     ASSERT_TRUE(start.has_value());
     // The search for the scale ends at a relative 1e-5.
     EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 1e-4 * trueSpread(s.exact));
-    EXPECT_LT(testing_support::gravityErrorRad(start->gravity_b0, s.exact.truth[0]), 1e-4);
+    EXPECT_LT(gravityErrorRad(start->gravity_b0, s.exact.truth[0]), 1e-4);
     EXPECT_LT(start->accel_bias.norm(), 1e-3);
     EXPECT_EQ(start->gyro_bias, options.gyro_bias);
   }

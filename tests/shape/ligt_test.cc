@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "support/exact_window.h"
@@ -12,7 +11,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

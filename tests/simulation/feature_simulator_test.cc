@@ -9,6 +9,8 @@
 #include <map>
 #include <set>
 
+#include "support/frames.h"
+
 namespace slim_init::simulation {
 namespace {
 
@@ -133,45 +135,15 @@ int findSegment(const Scene& s, double t, const LineObservation& o) {
   return -1;
 }
 
-void expectSamePoints(const std::vector<FrameObservation>& a,
-                      const std::vector<FrameObservation>& b) {
+// Equal to the last bit: the points, or the lines, of all frames.
+template <typename List>
+void expectSame(const std::vector<FrameObservation>& a, const std::vector<FrameObservation>& b,
+                List FrameObservation::*list) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t k = 0; k < a.size(); ++k) {
     ASSERT_EQ(a[k].t, b[k].t);
-    ASSERT_EQ(a[k].points.size(), b[k].points.size()) << k;
-    for (std::size_t i = 0; i < a[k].points.size(); ++i) {
-      ASSERT_EQ(a[k].points[i].id, b[k].points[i].id);
-      ASSERT_EQ(a[k].points[i].bearing, b[k].points[i].bearing);
-      ASSERT_EQ(a[k].points[i].pixel, b[k].points[i].pixel);
-    }
+    ASSERT_TRUE(sameObservations(a[k].*list, b[k].*list)) << k;
   }
-}
-
-void expectSameLines(const std::vector<FrameObservation>& a,
-                     const std::vector<FrameObservation>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    ASSERT_EQ(a[k].lines.size(), b[k].lines.size()) << k;
-    for (std::size_t i = 0; i < a[k].lines.size(); ++i) {
-      const LineObservation& x = a[k].lines[i];
-      const LineObservation& y = b[k].lines[i];
-      ASSERT_EQ(x.id, y.id);
-      ASSERT_EQ(x.start_bearing, y.start_bearing);
-      ASSERT_EQ(x.end_bearing, y.end_bearing);
-      ASSERT_EQ(x.start_pixel, y.start_pixel);
-      ASSERT_EQ(x.end_pixel, y.end_pixel);
-      ASSERT_EQ(x.length_px, y.length_px);
-      ASSERT_EQ(x.detection_confidence, y.detection_confidence);
-      ASSERT_EQ(x.match_quality, y.match_quality);
-    }
-  }
-}
-
-template <typename Observation>
-std::vector<FeatureId> idsOf(const std::vector<Observation>& list) {
-  std::vector<FeatureId> ids;
-  for (const Observation& o : list) ids.push_back(o.id);
-  return ids;
 }
 
 // ---- seeds and streams
@@ -181,10 +153,9 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesAndOthersDiffer) {
   FeatureSimulationOptions options;
   options.drift = 0.04;
   options.outlier_rate = 0.1;
-  const auto a = s.run(options);
-  const auto b = s.run(options);
-  expectSamePoints(a, b);
-  expectSameLines(a, b);
+  const auto a = s.run(options), b = s.run(options);
+  expectSame(a, b, &FrameObservation::points);
+  expectSame(a, b, &FrameObservation::lines);
   options.seed = 2;
   const auto other = s.run(options, 2);
   EXPECT_NE(a[0].points[0].pixel, other[0].points[0].pixel);
@@ -193,16 +164,11 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesAndOthersDiffer) {
 
 TEST(FeatureStreams, LinesDoNotMovePointsNorPointsLines) {
   const Scene s = scene("circle", WorldKind::kRoom);
-  const FeatureSimulationOptions both;
-  FeatureSimulationOptions points_only;
-  points_only.max_lines = 0;
-  FeatureSimulationOptions lines_only;
-  lines_only.max_points = 0;
-  const auto frames = s.run(both);
-  const auto points = s.run(points_only);
-  const auto lines = s.run(lines_only);
-  expectSamePoints(frames, points);
-  expectSameLines(frames, lines);
+  FeatureSimulationOptions points_only, lines_only;
+  points_only.max_lines = lines_only.max_points = 0;
+  const auto frames = s.run({}), points = s.run(points_only), lines = s.run(lines_only);
+  expectSame(frames, points, &FrameObservation::points);
+  expectSame(frames, lines, &FrameObservation::lines);
   for (const FrameObservation& f : points) ASSERT_TRUE(f.lines.empty());
   for (const FrameObservation& f : lines) ASSERT_TRUE(f.points.empty());
 }
@@ -212,8 +178,7 @@ TEST(FeatureStreams, NoiseLevelsDoNotChangeTheTracks) {
   FeatureSimulationOptions loud;
   loud.pixel_noise = 3.0;
   loud.line_noise = 4.0;
-  const auto a = s.run(noiseFree());
-  const auto b = s.run(loud);
+  const auto a = s.run(noiseFree()), b = s.run(loud);
   for (std::size_t k = 0; k < a.size(); ++k) {
     ASSERT_EQ(idsOf(a[k].points), idsOf(b[k].points));
     ASSERT_EQ(idsOf(a[k].lines), idsOf(b[k].lines));
@@ -453,10 +418,9 @@ TEST(FeatureTracks, MeanLifeIsAsAskedFromTheFirstFrameOn) {
     const auto deathRate = [&](int from, int to) {
       int deaths = 0, trials = 0;
       for (int k = from; k + 1 < to; ++k) {
-        std::set<FeatureId> next;
-        for (const PointObservation& o : frames[k + 1].points) next.insert(o.id);
-        for (const PointObservation& o : frames[k].points) deaths += next.count(o.id) == 0;
-        trials += static_cast<int>(frames[k].points.size());
+        const int tracks = static_cast<int>(frames[k].points.size());
+        deaths += tracks - countIn(idSet(frames[k + 1].points), frames[k].points);
+        trials += tracks;
       }
       return std::pair<double, int>(static_cast<double>(deaths) / trials, trials);
     };
@@ -636,26 +600,22 @@ TEST(LineErrors, EndPointNoiseHasTheSigmaGiven) {
 
 TEST(LineErrors, ConfidenceGrowsWithLength) {
   const Scene s = scene("circle", WorldKind::kRoom);
-  double short_sum = 0.0, long_sum = 0.0;
-  int short_count = 0, long_count = 0;
+  double sum[2] = {}, count[2] = {};  // of short and of long lines
   for (const FrameObservation& frame : s.run(FeatureSimulationOptions())) {
     for (const LineObservation& o : frame.lines) {
       ASSERT_GE(o.detection_confidence, 0.0);
       ASSERT_LE(o.detection_confidence, 1.0);
       ASSERT_GE(o.match_quality, 0.0);
       ASSERT_LE(o.match_quality, 1.0);
-      if (o.length_px < 60.0) {
-        short_sum += o.detection_confidence;
-        ++short_count;
-      } else if (o.length_px > 150.0) {
-        long_sum += o.detection_confidence;
-        ++long_count;
-      }
+      if (o.length_px >= 60.0 && o.length_px <= 150.0) continue;
+      const int which = o.length_px > 150.0 ? 1 : 0;
+      sum[which] += o.detection_confidence;
+      ++count[which];
     }
   }
-  ASSERT_GT(short_count, 50);
-  ASSERT_GT(long_count, 50);
-  EXPECT_GT(long_sum / long_count, short_sum / short_count + 0.2);
+  ASSERT_GT(count[0], 50);
+  ASSERT_GT(count[1], 50);
+  EXPECT_GT(sum[1] / count[1], sum[0] / count[0] + 0.2);
 }
 
 // ---- worlds as a whole
@@ -701,9 +661,9 @@ TEST(RollingShutter, PointsAreSeenAtTheTimeOfTheirRow) {
   int observations = 0;
   double latest = 0.0, largest_shift = 0.0;
   for (const FrameObservation& frame : s.run(options, 60)) {
+    expectOwnRows(frame, options.camera.height);
     for (const PointObservation& o : frame.points) {
       ++observations;
-      EXPECT_EQ(o.row, imageRow(o.pixel.y(), options.camera.height));
       const double dt = 0.033 * o.row;
       latest = std::max(latest, std::abs(dt));
       const Camera then(s, frame.t + 0.007 + dt), middle(s, frame.t + 0.007);
@@ -731,12 +691,12 @@ TEST(RollingShutter, LineEndsAreSeenAtTheTimeOfTheirRows) {
   int observations = 0;
   double different = 0.0;
   for (const FrameObservation& frame : s.run(options, 40)) {
+    expectOwnRows(frame, options.camera.height);
     for (const LineObservation& o : frame.lines) {
       ++observations;
-      EXPECT_EQ(o.start_row, imageRow(o.start_pixel.y(), options.camera.height));
-      EXPECT_EQ(o.end_row, imageRow(o.end_pixel.y(), options.camera.height));
-      EXPECT_TRUE(o.start_pixel.y() >= 0.0 && o.start_pixel.y() <= options.camera.height);
-      EXPECT_TRUE(o.end_pixel.y() >= 0.0 && o.end_pixel.y() <= options.camera.height);
+      for (const double v : {o.start_pixel.y(), o.end_pixel.y()}) {
+        EXPECT_TRUE(v >= 0.0 && v <= options.camera.height) << v;
+      }
       different = std::max(different, 0.033 * std::abs(o.start_row - o.end_row));
       const Camera start(s, frame.t + 0.007 + 0.033 * o.start_row),
           end(s, frame.t + 0.007 + 0.033 * o.end_row);
@@ -763,13 +723,7 @@ TEST(RollingShutter, RowsAreThoseOfTheNoisyObservation) {
   const Scene s = rollingScene(0.02);
   const FeatureSimulationOptions options;
   for (const FrameObservation& frame : s.run(options, 10)) {
-    for (const PointObservation& o : frame.points) {
-      EXPECT_EQ(o.row, imageRow(o.pixel.y(), options.camera.height));
-    }
-    for (const LineObservation& o : frame.lines) {
-      EXPECT_EQ(o.start_row, imageRow(o.start_pixel.y(), options.camera.height));
-      EXPECT_EQ(o.end_row, imageRow(o.end_pixel.y(), options.camera.height));
-    }
+    expectOwnRows(frame, options.camera.height);
   }
 }
 

@@ -9,12 +9,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 
 #include "evaluation/scratch_folder.h"
 #include "simulation/needs_povray.h"
 #include "simulation/ray_caster.h"
+#include "support/euroc_camera.h"
 #include "support/text_parts.h"
 
 namespace slim_init::simulation {
@@ -27,15 +27,9 @@ using feature_tracker_lines::CameraModel;
 using feature_tracker_lines::CameraParameters;
 
 // EuRoC's cam0 at half size, through different lenses.
-CameraParameters cameraOf(CameraModel model, bool distorted) {
-  CameraParameters camera;
+CameraParameters lensOf(CameraModel model, bool distorted) {
+  CameraParameters camera = cameraOf(376, 240, 229.3, 228.6, 183.4, 123.9);
   camera.model = model;
-  camera.width = 376;
-  camera.height = 240;
-  camera.fx = 229.3;
-  camera.fy = 228.6;
-  camera.cx = 183.4;
-  camera.cy = 123.9;
   if (!distorted) return camera;
   switch (model) {
     case CameraModel::kPinhole: camera.distortion = {-0.283, 0.0739, 2e-4, 2e-5}; break;
@@ -106,7 +100,7 @@ TEST_P(Rendering, ShowsTheSolidThatTheRayMeets) {
   RenderOptions options;
   options.work_directory = folder.path();
   const Scene scene = shiningScene();
-  const CameraParameters parameters = cameraOf(GetParam().model, GetParam().distorted);
+  const CameraParameters parameters = lensOf(GetParam().model, GetParam().distorted);
   const Camera camera(parameters);
   const CameraPose pose = turnedPose();
   const cv::Mat picture = renderOne(scene, parameters, pose, options);
@@ -153,7 +147,7 @@ TEST_P(Rendering, EdgesAgreeToAFractionOfAPixel) {
   scene.solids.resize(2);
   scene.looks[0].glow = 0.0;
   scene.looks[1].glow = 0.8;
-  const CameraParameters parameters = cameraOf(GetParam().model, GetParam().distorted);
+  const CameraParameters parameters = lensOf(GetParam().model, GetParam().distorted);
   const Camera camera(parameters);
   const CameraPose pose = turnedPose();
   cv::Mat picture = renderOne(scene, parameters, pose, options);
@@ -214,7 +208,7 @@ TEST(RenderingRun, FramesComeInOrderAndNothingIsLeftBehind) {
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();
-  CameraParameters camera = cameraOf(CameraModel::kPinhole, false);
+  CameraParameters camera = lensOf(CameraModel::kPinhole, false);
   camera.width = 94;
   camera.height = 60;
   camera.fx = camera.fy = 57.0;
@@ -256,7 +250,7 @@ TEST(RenderingRun, ProblemsAreSaid) {
   RenderOptions options;
   options.work_directory = folder.file("work");
   std::string error;
-  const CameraParameters camera = cameraOf(CameraModel::kPinhole, false);
+  const CameraParameters camera = lensOf(CameraModel::kPinhole, false);
   options.program = "no-such-renderer";
   EXPECT_EQ(Renderer::start(shiningScene(), camera, {turnedPose()}, options, &error), nullptr);
   expectParts(error, "'no-such-renderer'|package povray");
@@ -282,7 +276,7 @@ TEST(RenderingRun, ProblemsAreSaid) {
 TEST(EquidistantView, HoldsEveryPixel) {
   for (const CameraModel model :
        {CameraModel::kPinhole, CameraModel::kKannalaBrandt, CameraModel::kMei}) {
-    const CameraParameters parameters = cameraOf(model, true);
+    const CameraParameters parameters = lensOf(model, true);
     const Camera camera(parameters);
     EquidistantView view;
     std::string error;
@@ -305,7 +299,7 @@ TEST(EquidistantView, HoldsEveryPixel) {
                             .norm();
     EXPECT_NEAR(step, 1.0, 0.02);
   }
-  CameraParameters wide = cameraOf(CameraModel::kKannalaBrandt, false);
+  CameraParameters wide = lensOf(CameraModel::kKannalaBrandt, false);
   wide.fx = wide.fy = 110.0;
   EquidistantView view;
   std::string error;

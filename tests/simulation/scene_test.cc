@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -81,8 +80,7 @@ TEST_P(BuiltScene, SeedDecides) {
   EXPECT_NE(numbers(a), numbers(c));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, BuiltScene, testing::ValuesIn(sceneNames()),
-                         testing_support::methodTestName);
+INSTANTIATE_TEST_SUITE_P(All, BuiltScene, testing::ValuesIn(sceneNames()), methodTestName);
 
 TEST(MakeScene, CorridorLiesAlongThePath) {
   for (const int axis : {0, 1}) {

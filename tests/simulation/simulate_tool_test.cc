@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,14 @@ std::vector<std::string> smallSequence(const std::string& out,
   return arguments;
 }
 
+/// What the program has written there.
+std::unique_ptr<evaluation::ImageSequence> opened(const std::string& path) {
+  evaluation::ReadStatus status;
+  auto sequence = evaluation::openAslFolder(path, WindowOptions().max_imu_gap_s, &status);
+  if (sequence == nullptr) throw std::runtime_error(status.message);
+  return sequence;
+}
+
 TEST(Simulate, WritesASequenceThatIsReadBack) {
   NEEDS_POVRAY();
   const ScratchFolder folder;
@@ -40,10 +49,7 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_EQ(run.err, "");  // no progress bar in a pipe
   expectParts(run.out, "7 images of 150x96");
 
-  evaluation::ReadStatus status;
-  const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
-  ASSERT_NE(sequence, nullptr) << status.message;
+  const auto sequence = opened(folder.file("seq"));
   ASSERT_EQ(sequence->images(), 7u);
   ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
   const auto& camera = sequence->calibration()->camera;
@@ -84,12 +90,8 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
     before = image;
   }
   // Nothing of the renderer stays.
-  int entries = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.file("seq"))) {
-    (void)entry;
-    ++entries;
-  }
-  EXPECT_EQ(entries, 1);
+  const std::filesystem::directory_iterator entries(folder.file("seq"));
+  EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
 
   // The same again gives the same bytes; into a folder that has images it does not write.
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("again"), {"--threads", "2"})).exit_code,
@@ -120,12 +122,10 @@ TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProgramRun run = runProgram(folder, arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    evaluation::ReadStatus status;
-    return evaluation::openAslFolder(folder.file(name), WindowOptions().max_imu_gap_s, &status);
+    return opened(folder.file(name));
   };
   const auto global = simulate("global", {});
   const auto rolling = simulate("rolling", {"--readout", "0.08"});
-  ASSERT_TRUE(global != nullptr && rolling != nullptr);
   ASSERT_TRUE(global->calibration().has_value() && rolling->calibration().has_value());
   EXPECT_EQ(global->calibration()->calibration.readout_s, 0.0);
   EXPECT_EQ(rolling->calibration()->calibration.readout_s, 0.08);
@@ -151,31 +151,25 @@ TEST(Simulate, MotionBlurAveragesOverTheExposure) {
   blurred.insert(blurred.end(), {"--motion-blur", "50"});
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("sharp"), clean)).exit_code, 0);
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("blurred"), blurred)).exit_code, 0);
-  evaluation::ReadStatus status;
-  double energy[2] = {};
-  int i = 0;
-  for (const char* name : {"sharp", "blurred"}) {
-    const auto sequence =
-        evaluation::openAslFolder(folder.file(name), WindowOptions().max_imu_gap_s, &status);
-    ASSERT_NE(sequence, nullptr) << status.message;
+  const auto energy = [&folder](const char* name) {
+    const auto sequence = opened(folder.file(name));
+    double sum = 0.0;
     for (std::size_t k = 0; k < sequence->images(); ++k) {
       cv::Mat image;
       sequence->image(k, nullptr).convertTo(image, CV_32F);
-      energy[i] += cv::norm(image.colRange(1, image.cols), image.colRange(0, image.cols - 1),
-                            cv::NORM_L2SQR);
+      sum += cv::norm(image.colRange(1, image.cols), image.colRange(0, image.cols - 1),
+                      cv::NORM_L2SQR);
     }
-    ++i;
-  }
-  EXPECT_LT(energy[1], 0.9 * energy[0]);
+    return sum;
+  };
+  EXPECT_LT(energy("blurred"), 0.9 * energy("sharp"));
 }
 
 TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
   NEEDS_POVRAY();
   const std::string data = SLIM_INIT_SHARED_DATA;
-  if (!std::filesystem::is_directory(data)) {
-    // The EuRoC recordings are not part of the repository (their licence is not ours).
-    GTEST_SKIP() << "no recordings at " << data;
-  }
+  // The EuRoC recordings are not part of the repository (their licence is not ours).
+  if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
   const ScratchFolder folder;
   const ProgramRun run = runProgram(
       folder, {"simulate", "--recorded", data + "/MH_04", "--scene", "hall", "--start", "30",
@@ -186,10 +180,7 @@ TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
   ASSERT_TRUE(
       evaluation::readRecordedMotion(data + "/MH_04", WindowOptions().max_imu_gap_s, &recorded)
           .ok());
-  evaluation::ReadStatus status;
-  const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
-  ASSERT_NE(sequence, nullptr) << status.message;
+  const auto sequence = opened(folder.file("seq"));
   EXPECT_GE(sequence->images(), 6u);
   const double shift = 1e-9 * static_cast<double>(sequence->t0Ns() - recorded.t0_ns);
   for (std::size_t k = 0; k < sequence->images(); ++k) {
@@ -223,10 +214,7 @@ TEST(Simulate, PosesFromAFile) {
               "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "
               "--out @seq");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  evaluation::ReadStatus status;
-  const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
-  ASSERT_NE(sequence, nullptr) << status.message;
+  const auto sequence = opened(folder.file("seq"));
   EXPECT_EQ(sequence->images(), 5u);
   for (const ImuSample& sample : sequence->imu()) {
     EXPECT_LT(sample.gyro.norm(), 0.15);  // EuRoC's biases and noise

@@ -285,49 +285,49 @@ World cubeWorld() {
   return world;
 }
 
-TEST(WorldVisible, ABoxHidesWhatIsBehindIt) {
+TEST(WorldVisible, ABoxHidesWhatIsBehindItAndWallsWhatIsOutside) {
+  struct Ray {
+    Eigen::Vector3d from, to;
+    bool visible;
+  };
   const World world = cubeWorld();
-  EXPECT_FALSE(world.visible({-5, 0, 0}, {5, 0, 0}));
-  EXPECT_FALSE(world.visible({5, 0, 0}, {-5, 0, 0}));
-  EXPECT_FALSE(world.visible({-5, -4, -3}, {5, 4, 3}));
-  EXPECT_FALSE(world.visible({0, 0, -9}, {0.5, 0.5, 10}));
-}
-
-TEST(WorldVisible, NothingIsHiddenBesideOrBeforeABox) {
-  const World world = cubeWorld();
-  EXPECT_TRUE(world.visible({-5, 1.1, 0}, {5, 1.1, 0}));
-  EXPECT_TRUE(world.visible({-5, 0, 0}, {-2, 0, 0}));
-  EXPECT_TRUE(world.visible({2, 0, 0}, {5, 0, 0}));
-  EXPECT_TRUE(world.visible({-5, 0, 0}, {0, 5, 0}));  // passes the corner
-}
-
-TEST(WorldVisible, FacesAreVisibleFromTheirSideOnly) {
-  const World world = cubeWorld();
-  EXPECT_TRUE(world.visible({-5, 0.3, 0}, {-1, 0.2, 0.5}));  // front face
-  EXPECT_FALSE(world.visible({-5, 0.3, 0}, {1, 0.2, 0.5}));  // back face
-  EXPECT_TRUE(world.visible({-5, 5, 0}, {0, 1, 0}));         // side face
-  EXPECT_FALSE(world.visible({-5, -5, 0}, {0, 1, 0}));
-  EXPECT_TRUE(world.visible({-5, -5, 0}, {-1, -1, 0}));  // edge
-  EXPECT_TRUE(world.visible({-5, 1, 0}, {5, 1, 0}));     // along a face
-  EXPECT_FALSE(world.visible({0, 0, 0}, {-5, 0, 0}));    // from inside
-  EXPECT_FALSE(world.visible({-5, 0, 0}, {0, 0, 0}));    // inside
-}
-
-TEST(WorldVisible, WallsHideWhatIsOutside) {
-  const World world = cubeWorld();
-  EXPECT_TRUE(world.visible({-5, 5, 0}, {-10, 5, 0}));  // on the wall
-  EXPECT_FALSE(world.visible({-5, 5, 0}, {-10.1, 5, 0}));
-  EXPECT_FALSE(world.visible({-10.1, 5, 0}, {-5, 5, 0}));
+  for (const auto& [from, to, visible] : {
+           // Behind the box, from both sides.
+           Ray{{-5, 0, 0}, {5, 0, 0}, false},
+           Ray{{5, 0, 0}, {-5, 0, 0}, false},
+           Ray{{-5, -4, -3}, {5, 4, 3}, false},
+           Ray{{0, 0, -9}, {0.5, 0.5, 10}, false},
+           // Beside or before it; the last passes the corner.
+           Ray{{-5, 1.1, 0}, {5, 1.1, 0}, true},
+           Ray{{-5, 0, 0}, {-2, 0, 0}, true},
+           Ray{{2, 0, 0}, {5, 0, 0}, true},
+           Ray{{-5, 0, 0}, {0, 5, 0}, true},
+           // Faces from their side only.
+           Ray{{-5, 0.3, 0}, {-1, 0.2, 0.5}, true},  // front face
+           Ray{{-5, 0.3, 0}, {1, 0.2, 0.5}, false},  // back face
+           Ray{{-5, 5, 0}, {0, 1, 0}, true},         // side face
+           Ray{{-5, -5, 0}, {0, 1, 0}, false},
+           Ray{{-5, -5, 0}, {-1, -1, 0}, true},  // edge
+           Ray{{-5, 1, 0}, {5, 1, 0}, true},     // along a face
+           Ray{{0, 0, 0}, {-5, 0, 0}, false},    // from inside
+           Ray{{-5, 0, 0}, {0, 0, 0}, false},    // inside
+           // Walls.
+           Ray{{-5, 5, 0}, {-10, 5, 0}, true},  // on the wall
+           Ray{{-5, 5, 0}, {-10.1, 5, 0}, false},
+           Ray{{-10.1, 5, 0}, {-5, 5, 0}, false},
+       }) {
+    EXPECT_EQ(world.visible(from, to), visible) << from.transpose() << " to " << to.transpose();
+  }
 }
 
 TEST(WorldKindNames, AreParsed) {
   WorldKind kind = WorldKind::kRoom;
-  EXPECT_TRUE(parseWorldKind("hall", &kind));
-  EXPECT_EQ(kind, WorldKind::kHall);
-  EXPECT_TRUE(parseWorldKind("corridor", &kind));
-  EXPECT_EQ(kind, WorldKind::kCorridor);
-  EXPECT_TRUE(parseWorldKind("room", &kind));
-  EXPECT_EQ(kind, WorldKind::kRoom);
+  for (const auto& [name, expected] :
+       {std::pair("hall", WorldKind::kHall), std::pair("corridor", WorldKind::kCorridor),
+        std::pair("room", WorldKind::kRoom)}) {
+    EXPECT_TRUE(parseWorldKind(name, &kind));
+    EXPECT_EQ(kind, expected);
+  }
   kind = WorldKind::kHall;
   EXPECT_FALSE(parseWorldKind("Room", &kind));
   EXPECT_EQ(kind, WorldKind::kHall);

@@ -18,7 +18,7 @@
 #include "imu/window_state.h"
 #include "slim_init/options.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Rotations by a rotation vector on the right of the start, so that no manifold is needed; Ceres
 /// 1.14 and 2.1 name it differently.
@@ -174,4 +174,4 @@ struct CeresWindow {
   ceres::Problem problem;
 };
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

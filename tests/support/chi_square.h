@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Whether `sum`, of squared errors over their reported variances, is one of a chi-square variable
 /// with `dof` degrees of freedom (at least 100): within 4 standard deviations of its mean, which
@@ -20,4 +20,4 @@ inline ::testing::AssertionResult isChiSquare(double sum, int dof) {
          << 4.0 * sigma << " (" << dof << " degrees of freedom)";
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -3,7 +3,7 @@
 
 #include "slim_init/options.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// A simulated IMU is as good as its data sheet.
 inline InertialOptions dataSheetNoise() {
@@ -20,4 +20,4 @@ inline InitializerOptions dataSheetOptions() {
   return options;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

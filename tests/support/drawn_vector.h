@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Three numbers of `draw`, the last component first. The arguments of a call have no order that
 /// all compilers share, so that Vector3d(draw(), draw(), draw()) is another vector with each of
@@ -14,4 +14,4 @@ Eigen::Vector3d drawnVector(Draw&& draw) {
   return Eigen::Vector3d(x, y, z);
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

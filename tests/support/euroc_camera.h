@@ -3,17 +3,27 @@
 
 #include "slim_init/feature_tracker_lines/camera.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
+
+/// A camera with size, focal lengths and centre [px]; a pinhole without distortion unless it is
+/// changed.
+inline feature_tracker_lines::CameraParameters cameraOf(int width, int height, double fx, double fy,
+                                                        double cx, double cy) {
+  feature_tracker_lines::CameraParameters camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = fx;
+  camera.fy = fy;
+  camera.cx = cx;
+  camera.cy = cy;
+  return camera;
+}
 
 /// EuRoC's cam0 (sensor.yaml of the dataset).
 inline feature_tracker_lines::CameraParameters eurocCamera() {
-  feature_tracker_lines::CameraParameters camera;
-  camera.fx = 458.654;
-  camera.fy = 457.296;
-  camera.cx = 367.215;
-  camera.cy = 248.375;
+  auto camera = cameraOf(752, 480, 458.654, 457.296, 367.215, 248.375);
   camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
   return camera;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -9,7 +9,7 @@
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 namespace {
 
 using Random = std::mt19937_64;
@@ -79,12 +79,12 @@ class RowProjector {
 
   bool project(int k, const Eigen::Vector3d& X_w, Eigen::Vector2d* uv, double* row) const {
     const Calibration& calibration = exact_.true_calibration;
-    if (!testing_support::project(exact_.truth[k], calibration, X_w, uv)) return false;
+    if (!slim_init::project(exact_.truth[k], calibration, X_w, uv)) return false;
     *row = 0.5 * uv->y() / kHalfHeight;
     // A fixed point: the row moves by less than a hundredth of its change of time.
     for (int round = 0; round < 12 && calibration.readout_s > 0.0; ++round) {
       const NavState state = stateAt(k, *row * calibration.readout_s);
-      if (!testing_support::project(state, calibration, X_w, uv)) return false;
+      if (!slim_init::project(state, calibration, X_w, uv)) return false;
       *row = 0.5 * uv->y() / kHalfHeight;
     }
     return true;
@@ -362,4 +362,4 @@ double gravityErrorRad(const Eigen::Vector3d& gravity_b0, const NavState& first_
   return std::atan2(gravity_b0.cross(truth).norm(), gravity_b0.dot(truth));
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

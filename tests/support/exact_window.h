@@ -11,7 +11,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/types.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// kFromRest stands still for ExactWindowOptions::rest_s and is then excited.
 enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRest };
@@ -100,4 +100,4 @@ double scaleError(const std::vector<NavState>& estimate, const std::vector<NavSt
 /// Angle between estimated and true gravity in the first body frame [rad].
 double gravityErrorRad(const Eigen::Vector3d& gravity_b0, const NavState& first_truth);
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -9,7 +9,7 @@
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// All IMU samples of a window, then all its keyframes.
 inline void feed(IInitializer& initializer, const ExactWindow& exact) {
@@ -27,4 +27,4 @@ inline std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
   return initializer;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

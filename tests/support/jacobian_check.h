@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Jacobian of f at zero by central differences; `f` maps a perturbation (size `inputs`) to a
 /// vector. `step` in the unit of the perturbation.
@@ -38,4 +38,4 @@ inline ::testing::AssertionResult jacobiansAgree(const Eigen::MatrixXd& analytic
          << numeric;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

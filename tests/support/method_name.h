@@ -6,7 +6,7 @@
 #include <cctype>
 #include <string>
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// A method's name as GoogleTest allows it in the name of a test: "drt-vi-ba" becomes "DrtViBa".
 inline std::string methodTestName(const ::testing::TestParamInfo<std::string>& param) {
@@ -23,4 +23,4 @@ inline std::string methodTestName(const ::testing::TestParamInfo<std::string>& p
   return name;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

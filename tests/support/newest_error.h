@@ -8,7 +8,7 @@
 #include "slim_init/result.h"
 #include "support/exact_window.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Errors of the newest state in the body, velocity and vertical, and their squares over the
 /// covariance per degree of freedom.
@@ -34,4 +34,4 @@ inline NewestError newestError(const InitResult& answer, const ExactWindow& exac
           tilt.norm() * 180.0 / M_PI, tilt.dot(of_tilt.ldlt().solve(tilt)) / 2.0};
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -21,7 +21,7 @@
 
 #include "slim_init/option_table.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// First byte and size of the field of a row.
 inline std::pair<const void*, std::size_t> memoryOf(const OptionField& option) {
@@ -163,4 +163,4 @@ inline void expectUnitsAgree(const std::map<std::string, std::string>& header,
   }
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -5,7 +5,7 @@
 
 #include "slim_init/window_solver.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// A method that has nothing but solve(): what the base class says of the rest.
 class PlainMethod : public WindowSolver {
@@ -17,4 +17,4 @@ class PlainMethod : public WindowSolver {
   std::string name_ = "other";
 };
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

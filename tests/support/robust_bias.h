@@ -3,7 +3,7 @@
 
 #include "rotation/robust_bias.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Both parts of the estimator, the second where the first is not clean, without a calibration in
 /// between; no vanishing points.
@@ -14,4 +14,4 @@ inline RobustBias robustBiasOf(const InitWindow& window,
   return bias.clean ? bias : estimator.thorough();
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

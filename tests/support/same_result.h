@@ -5,7 +5,7 @@
 
 #include "slim_init/result.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Equal to the last bit, wall-clock times excepted.
 inline bool sameBytes(const InitResult& a, const InitResult& b) {
@@ -27,4 +27,4 @@ inline bool sameBytes(const InitResult& a, const InitResult& b) {
          same(a.covariance, b.covariance);
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

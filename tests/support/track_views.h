@@ -8,7 +8,7 @@
 #include "lines/line_track.h"
 #include "slim_init/init_window.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// Views of a point track of `window` in the body frame, as the refinement makes them.
 inline std::vector<PointView> pointViews(const InitWindow& window, const Track& track) {
@@ -33,4 +33,4 @@ inline std::vector<LineView> lineViews(const InitWindow& window, const Track& tr
   return views;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -6,7 +6,7 @@
 #include "imu/window_state.h"
 #include "support/exact_window.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// The true motion of a window in its first body frame, as the refinement has it.
 inline WindowState trueState(const ExactWindow& exact) {
@@ -66,4 +66,4 @@ inline Eigen::Matrix3Xd trueShape(const ExactWindow& exact, double* metres) {
   return shape / *metres;
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

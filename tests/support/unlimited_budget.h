@@ -3,7 +3,7 @@
 
 #include "slim_init/work_budget.h"
 
-namespace slim_init::testing_support {
+namespace slim_init {
 
 /// For tests of what a solver finds when nothing ends it.
 inline WorkBudget unlimitedBudget() {
@@ -12,4 +12,4 @@ inline WorkBudget unlimitedBudget() {
   return WorkBudget(limits);
 }
 
-}  // namespace slim_init::testing_support
+}  // namespace slim_init

@@ -3,12 +3,8 @@
 // `slim_init ab` on recordings with images, as a user runs it.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -163,15 +159,12 @@ TEST_F(AbAsl, WithoutTruthTheReportHasVerdictsOnly) {
 }
 
 TEST_F(AbAsl, UnreadableImagesAreCountedAndTheRunGoesOn) {
-  for (const int k : {7, 8}) {
-    folder.write("wall/mav0/cam0/data/" + std::to_string(Wall::kT0Ns + 50000000LL * k) + ".png",
-                 "torn");
-  }
-  cv::imwrite(
-      folder.file("wall/mav0/cam0/data/") + std::to_string(Wall::kT0Ns + 50000000LL * 60) + ".png",
-      cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)));
-  fs::remove(folder.file("wall/mav0/cam0/data/") + std::to_string(Wall::kT0Ns + 50000000LL * 70) +
-             ".png");
+  const auto image = [](int k) {
+    return "wall/mav0/cam0/data/" + std::to_string(Wall::kT0Ns + 50000000LL * k) + ".png";
+  };
+  for (const int k : {7, 8}) folder.write(image(k), "torn");
+  cv::imwrite(folder.file(image(60)), cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)));
+  fs::remove(folder.file(image(70)));
   const ProgramRun run = ran("--asl @wall --methods drt-l");
   expectParts(run.err,
               "2 of 80 images cannot be read|1 of 80 images were refused|1 of 81 images of");
@@ -239,10 +232,8 @@ TEST_F(AbBag, BadBagsExitWithTwoAndASentence) {
 class Snippet : public AbRuns {
  protected:
   void SetUp() override {
-    if (!fs::is_directory(SLIM_INIT_SNIPPET)) {
-      // The EuRoC recordings are not part of the repository (their licence is not ours).
-      GTEST_SKIP() << "no recording at " << SLIM_INIT_SNIPPET;
-    }
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
+    if (!fs::is_directory(SLIM_INIT_SNIPPET)) GTEST_SKIP() << "no recording " SLIM_INIT_SNIPPET;
   }
 };
 

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -112,9 +110,7 @@ TEST_P(AbBadInput, ExitsWithTwoAndASentence) {
   const ScratchFolder folder;
   std::vector<std::string> arguments = words(folder, GetParam().typed);
   // Should the input be taken for good, it must not write into the working directory.
-  if (arguments.size() > 2) {
-    arguments.insert(arguments.begin() + 1, {"--out", folder.file("out")});
-  }
+  if (arguments.size() > 2) arguments.insert(arguments.begin() + 1, {"--out", folder.file("out")});
   const ProgramRun run = runProgram(folder, arguments);
   EXPECT_EQ(run.exit_code, 2) << run.err;
   EXPECT_EQ(run.err.rfind("slim_init: ", 0), 0u) << run.err;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <sstream>
-#include <string>
 
 #include "evaluation/scratch_folder.h"
 
@@ -31,9 +30,7 @@ inline void writeRecording(const ScratchFolder& folder, double duration_s, doubl
       imu << stamp << ",0.01,0.02,-0.03," << a << ",0," << 0.5 * a + 9.81007 << "\n";
     }
     if (k % 10 == 0) images << stamp << "\n";
-    if (k % 4 == 0) {
-      truth << stamp << "," << p << ",0," << 0.5 * p << ",1,0,0,0\n";
-    }
+    if (k % 4 == 0) truth << stamp << "," << p << ",0," << 0.5 * p << ",1,0,0,0\n";
   }
   folder.write("imu0.csv", imu.str());
   folder.write("cam0_timestamps.csv", images.str());

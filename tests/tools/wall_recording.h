@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
 

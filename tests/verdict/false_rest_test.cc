@@ -19,7 +19,6 @@ namespace slim_init {
 namespace {
 
 using namespace simulation;  // NOLINT: the vocabulary of this test
-using testing_support::eurocCalibration;
 
 constexpr double kImageRate = 20.0;  // [Hz]
 constexpr int kImages[] = {21, 41};  // of a window: 1 s and 2 s

@@ -18,7 +18,6 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;    // NOLINT: the vocabulary of these tests
 using namespace verdict_constants;  // NOLINT: the constants under test
 
 const GateOptions kOptions;
@@ -56,16 +55,16 @@ TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = 0.5;
   motion.excitation = kMaxRestDeviation * 0.999;
+  const auto status = [&motion] {
+    return find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed;
+  };
   motion.rotation_deg = kMinRotationDeg * 1.001;
-  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
-            InitStatus::kPureRotation);
+  EXPECT_EQ(status(), InitStatus::kPureRotation);
   motion.rotation_deg = kMinRotationDeg * 0.999;
-  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
-            InitStatus::kStationary);
+  EXPECT_EQ(status(), InitStatus::kStationary);
   // The vehicle accelerates, the scene is too far to show it.
   motion.excitation = kMaxRestDeviation * 1.001;
-  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
-            InitStatus::kTooLittleExcitation);
+  EXPECT_EQ(status(), InitStatus::kTooLittleExcitation);
 }
 
 TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
@@ -257,13 +256,12 @@ TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures measures;
   measures.scale_sigma = 1.0;
-  EXPECT_EQ(
-      find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
-      InitStatus::kScaleTooUncertain);
+  const auto status = [&] {
+    return find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed;
+  };
+  EXPECT_EQ(status(), InitStatus::kScaleTooUncertain);
   motion.excitation = kOptions.min_excitation * 0.999;
-  EXPECT_EQ(
-      find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
-      InitStatus::kTooLittleExcitation);
+  EXPECT_EQ(status(), InitStatus::kTooLittleExcitation);
 }
 
 TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {

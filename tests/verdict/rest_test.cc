@@ -5,12 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
-#include <vector>
 
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
@@ -18,8 +15,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 constexpr double kG = 9.81007;
 

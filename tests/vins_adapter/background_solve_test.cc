@@ -25,7 +25,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Clock = std::chrono::steady_clock;
 
 constexpr int kFrames = 60;
@@ -87,9 +86,7 @@ class BackgroundSolve : public ::testing::Test {
   std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
   HostState stateOf(int k) const { return toHostState(exact_.truth[k], 0.0); }
   std::vector<HostState> window(int last) const {
-    std::vector<HostState> states;
-    for (int k = last - kHostFrames + 1; k <= last; ++k) states.push_back(stateOf(k));
-    return states;
+    return statesOf(exact_, last - kHostFrames + 1, last);
   }
   HostResult timed(const std::function<HostResult()>& call) {
     const auto begin = Clock::now();
@@ -141,8 +138,7 @@ TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
 
 TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
   feed(0, 30);
-  std::vector<HostState> healthy;
-  for (int k = 15; k <= 26; ++k) healthy.push_back(stateOf(k));
+  const std::vector<HostState> healthy = statesOf(exact_, 15, 26);
   HostResult answer = timed([&] { return adapter_->recover(stamps(30), healthy); });
   ASSERT_TRUE(answer.pending) << answer.message;
   // Four frames on by the IMU.
@@ -266,8 +262,7 @@ TEST_F(BackgroundSolve, TenThousandRecoveriesDoNotGrow) {
       std::make_unique<Same>(exact_.calibration, &milliseconds_, &solves_), options, nullptr);
   next_ = 0;
   feed(0, 30);
-  std::vector<HostState> healthy;
-  for (int k = 15; k <= 26; ++k) healthy.push_back(stateOf(k));
+  const std::vector<HostState> healthy = statesOf(exact_, 15, 26);
   double before = 0.0;
   for (int i = 0; i < 10000; ++i) {
     // Another frame each time: the wait is per frame.

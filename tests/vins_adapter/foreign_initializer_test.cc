@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,8 +19,6 @@
 
 namespace slim_init::vins_adapter {
 namespace {
-
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 /// Knows the true state of every frame (in a world of its own, turned about z and shifted) and
 /// keeps what it was given in plain vectors.
@@ -201,8 +198,7 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
 // All healthy states that differ in what they know go to the initializer, ascending in time.
 TEST_F(ForeignInitializer, ReceivesTheHealthyStates) {
   for (int k = 0; k <= 30; ++k) feed(k);
-  std::vector<HostState> healthy;
-  for (int k = 20; k <= 24; ++k) healthy.push_back(toHostState(exact_.truth[k], 0.0));
+  const std::vector<HostState> healthy = statesOf(exact_, 20, 24);
   ASSERT_TRUE(adapter_->recover(stamps(30), {healthy}).success());
   ASSERT_EQ(oracle_->given.size(), 2u) << "at least a quarter of a second apart";
   EXPECT_NEAR(oracle_->given[0].state.t, exact_.truth[21].t, 1e-9);
@@ -245,10 +241,8 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
   ASSERT_TRUE(adapter_->recover(stamps(20), {healthy}).success());
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
   EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);
-  std::vector<HostState> window;
-  for (int k = 10; k <= 20; ++k) window.push_back(toHostState(exact_.truth[k], 0.0));
   const Calibration& rig = exact_.calibration;
-  adapter_->watch(window, rig.R_b_c, rig.t_b_c);
+  adapter_->watch(statesOf(exact_, 10, 20), rig.R_b_c, rig.t_b_c);
   EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
   // A restart of the streams forgets the states, not the sensors, which then are of another run.
   adapter_->seed(stamps(20));
@@ -264,8 +258,7 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
 TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   for (int k = 0; k <= 20; ++k) feed(k);
   const Calibration& rig = exact_.calibration;
-  std::vector<HostState> window;
-  for (int k = 17; k <= 20; ++k) window.push_back(toHostState(exact_.truth[k], 0.0));
+  std::vector<HostState> window = statesOf(exact_, 17, 20);
   EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect);
   for (HostState& state : window) state.Ba.x() += 0.6;
   const HostHealth jumped = adapter_->watch(window, rig.R_b_c, rig.t_b_c);

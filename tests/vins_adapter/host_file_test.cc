@@ -4,11 +4,11 @@
 #include "slim_init/vins_adapter/host_file.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
+
+#include "evaluation/scratch_folder.h"
+#include "support/text_parts.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -16,27 +16,16 @@ namespace {
 class HostFileTest : public ::testing::Test {
  protected:
   HostFileTest() {
-    folder_ = ::testing::TempDir() + "slim_init-host-file-XXXXXX";
-    EXPECT_NE(mkdtemp(&folder_[0]), nullptr);
-    std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
-    std::ostringstream text;
-    text << in.rdbuf();
-    shipped_ = text.str();
-    euroc_ = shipped_;
+    shipped_ = euroc_ = readFile(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     for (const char* line : {"initializer: slim\n", "reinit: 1\n"}) {
       const std::size_t at = euroc_.find(line);
       EXPECT_NE(at, std::string::npos) << line;
       if (at != std::string::npos) euroc_.erase(at, std::string(line).size());
     }
   }
-  ~HostFileTest() override {
-    for (const std::string& name : written_) unlink((folder_ + "/" + name).c_str());
-    rmdir(folder_.c_str());
-  }
   std::string write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ + "/" + name) << text;
-    written_.push_back(name);
-    return folder_ + "/" + name;
+    folder_.write(name, text);
+    return folder_.file(name);
   }
   // The host's file with this text, as read into file_, and the adapter made of it.
   const HostFile& reading(const std::string& text) {
@@ -61,9 +50,9 @@ class HostFileTest : public ::testing::Test {
     return text.replace(at, from.size(), to);
   }
 
-  std::string folder_, shipped_;
+  const ScratchFolder folder_;
+  std::string shipped_;
   std::string euroc_;  // without our switches
-  std::vector<std::string> written_;
   HostFile file_;
   std::string error_;
 };
@@ -126,13 +115,11 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
 
 // The lines that docs/vins_mono.md gives for the file_, comments included.
 TEST_F(HostFileTest, TheGuidesLinesAreRead) {
-  std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/docs/vins_mono.md");
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string guide = text.str(), fence = "```yaml\n";
+  const std::string guide = readFile(std::string(SLIM_INIT_SOURCE_DIR) + "/docs/vins_mono.md");
+  const std::string fence = "```yaml\n";
   const std::size_t begin = guide.find(fence) + fence.size();
   const std::string lines = guide.substr(begin, guide.find("```", begin) - begin);
-  ASSERT_NE(lines.find("slim_init:\n"), std::string::npos);
+  ASSERT_TRUE(contains(lines, "slim_init:\n"));
   const auto adapter = opened(euroc_.substr(0, euroc_.find("slim_init:\n")) + lines);
   ASSERT_NE(adapter, nullptr);
   EXPECT_EQ(file_.mode, HostMode::kSlim);
@@ -144,7 +131,7 @@ TEST_F(HostFileTest, WithoutDensitiesOneSentenceNamesTheDefaults) {
   const auto adapter = opened(euroc_.substr(0, euroc_.find("slim_init:\n")));
   ASSERT_NE(adapter, nullptr);
   ASSERT_EQ(file_.notes.size(), 1u);
-  EXPECT_NE(file_.notes[0].find("acc_n and gyr_n tune the host"), std::string::npos);
+  expectParts(file_.notes[0], "acc_n and gyr_n tune the host");
   EXPECT_EQ(adapter->calibration().imu_noise.gyro_density, ImuNoise().gyro_density);
   EXPECT_EQ(adapter->calibration().imu_noise.accel_density, ImuNoise().accel_density);
 }
@@ -174,8 +161,7 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   const std::size_t matrix = text.find("body_T_cam0");
   std::string without = text.substr(0, matrix) + text.substr(text.find("g_norm"));
   EXPECT_EQ(openHostFile(write("host.yaml", without), nullptr, &error_), nullptr);
-  EXPECT_NE(error_.find("body_T_cam0 is missing; it is needed unless"), std::string::npos)
-      << error_;
+  expectParts(error_, "body_T_cam0 is missing; it is needed unless");
   without.replace(without.find("estimate_extrinsic: 0"), 21, "estimate_extrinsic: 2");
   ASSERT_NE(openHostFile(write("host.yaml", without), &file_, &error_), nullptr) << error_;
   EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
@@ -184,13 +170,12 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
 
   // What is wrong in the camera's file is said to be there.
   write("cam0.yaml", "%YAML:1.0\n---\nmodel_type: PINHOLE\n");
-  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file_, &error_), nullptr);
-  EXPECT_NE(error_.find("host.yaml: cam0_calib, " + folder_ + "/cam0.yaml: image_width is missing"),
-            std::string::npos)
-      << error_;
-  unlink((folder_ + "/cam0.yaml").c_str());
-  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file_, &error_), nullptr);
-  EXPECT_NE(error_.find("cam0.yaml: the file cannot be opened"), std::string::npos) << error_;
+  const std::string host = folder_.file("host.yaml"), camera = folder_.file("cam0.yaml");
+  EXPECT_EQ(openHostFile(host, &file_, &error_), nullptr);
+  expectParts(error_, "host.yaml: cam0_calib, " + camera + ": image_width is missing");
+  std::filesystem::remove(camera);
+  EXPECT_EQ(openHostFile(host, &file_, &error_), nullptr);
+  expectParts(error_, "cam0.yaml: the file cannot be opened");
 }
 
 TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
@@ -219,7 +204,7 @@ TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
   EXPECT_EQ(adapter->calibration().sigmas.td_s, 0.03);
   EXPECT_EQ(adapter->calibration().sigmas.rotation_deg, 180.0);
   ASSERT_EQ(file_.notes.size(), 1u);
-  EXPECT_NE(file_.notes[0].find("two axes"), std::string::npos);
+  expectParts(file_.notes[0], "two axes");
 }
 
 TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
@@ -238,8 +223,8 @@ TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
     expectRefused("max_wait_ms: " + outside + "\n",
                   "max_wait_ms is " + outside + ", must be in [-1, 1000]");
   }
-  EXPECT_FALSE(readHostFile(folder_ + "/absent.yaml", &file_, &error_));
-  EXPECT_NE(error_.find("absent.yaml: the file cannot be opened"), std::string::npos);
+  EXPECT_FALSE(readHostFile(folder_.file("absent.yaml"), &file_, &error_));
+  expectParts(error_, "absent.yaml: the file cannot be opened");
 }
 
 }  // namespace

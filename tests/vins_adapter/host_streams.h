@@ -9,6 +9,7 @@
 
 #include "host_health/flight.h"
 #include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
 
 namespace slim_init::vins_adapter {
@@ -17,8 +18,8 @@ using host_health::kHostFrames;
 
 /// The frames from `first` to `last`, each after the samples of `imu` up to the first one after it.
 /// `next`: the first sample that the adapter does not have yet.
-inline void feed(const testing_support::ExactWindow& exact, const std::vector<ImuSample>& imu,
-                 int first, int last, std::size_t* next, HostAdapter* adapter) {
+inline void feed(const ExactWindow& exact, const std::vector<ImuSample>& imu, int first, int last,
+                 std::size_t* next, HostAdapter* adapter) {
   for (int k = first; k <= last; ++k) {
     while (*next < imu.size() && (*next == 0 || imu[*next - 1].t < exact.truth[k].t)) {
       const ImuSample& sample = imu[(*next)++];
@@ -29,13 +30,19 @@ inline void feed(const testing_support::ExactWindow& exact, const std::vector<Im
 }
 
 /// Stamps of the host's window whose newest frame is `last`.
-inline std::vector<double> stampsOf(const testing_support::ExactWindow& exact, int last,
-                                    int count = kHostFrames) {
+inline std::vector<double> stampsOf(const ExactWindow& exact, int last, int count = kHostFrames) {
   std::vector<double> stamps;
   for (int k = std::max(0, last - count + 1); k <= last; ++k) {
     stamps.push_back(exact.keyframes[k].t);
   }
   return stamps;
+}
+
+/// The true states from frame `first` to `last`.
+inline std::vector<HostState> statesOf(const ExactWindow& exact, int first, int last) {
+  std::vector<HostState> states;
+  for (int k = first; k <= last; ++k) states.push_back(toHostState(exact.truth[k], 0.0));
+  return states;
 }
 
 }  // namespace slim_init::vins_adapter

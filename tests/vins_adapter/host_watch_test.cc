@@ -4,14 +4,10 @@
 // whether the host's states are right. Every judgement from both sides.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <memory>
-#include <random>
+#include <numeric>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "host_health/flight.h"
@@ -25,8 +21,7 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace host_health;      // NOLINT: the vocabulary of these tests
-using namespace testing_support;  // NOLINT: likewise
+using namespace host_health;  // NOLINT: the vocabulary of these tests
 
 class AdapterInFlight : public ::testing::Test {
  protected:
@@ -42,15 +37,25 @@ class AdapterInFlight : public ::testing::Test {
     feed(exact_, imu, 0, frames - 1, &next, adapter_.get());
   }
   std::vector<HostState> window(int newest) const {
-    std::vector<HostState> result;
-    for (int k = newest - kHostFrames + 1; k <= newest; ++k) {
-      result.push_back(toHostState(exact_.truth[k], exact_.calibration.td));
-      result.back().stamp = exact_.keyframes[k].t;
-    }
-    return result;
+    return statesOf(exact_, newest - kHostFrames + 1, newest);
   }
   HostHealth watch(const std::vector<HostState>& states) {
     return adapter_->watch(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+  }
+  HostPreparation prepare(const std::vector<HostState>& states) {
+    return adapter_->prepare(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+  }
+  // Intervals between the frames from `first` on; each has its length.
+  std::vector<HostImuInterval> intervals(int first) {
+    std::vector<double> stamps;
+    for (int k = first; k < kFrames; ++k) stamps.push_back(exact_.keyframes[k].t);
+    const std::vector<HostImuInterval> result = adapter_->imuIntervals(stamps);
+    EXPECT_EQ(result.size(), stamps.size() - 1);
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const double sum = std::accumulate(result[i].dt.begin(), result[i].dt.end(), 0.0);
+      EXPECT_NEAR(sum, stamps[i + 1] - stamps[i], 1e-9) << i;
+    }
+    return result;
   }
   ExactWindow exact_ = flight();
   std::unique_ptr<HostAdapter> adapter_;
@@ -79,43 +84,32 @@ TEST_F(AdapterInFlight, AWrongScaleIsFound) {
 
 TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {
   fly(disturbed(exact_.imu, exact_.truth[30].t + 0.02, exact_.truth[30].t + 0.045, {100, 0, 0}));
-  std::vector<double> stamps;
-  for (int k = 28; k < kFrames; ++k) stamps.push_back(exact_.keyframes[k].t);
-  const std::vector<HostImuInterval> intervals = adapter_->imuIntervals(stamps);
-  ASSERT_EQ(intervals.size(), stamps.size() - 1);
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    const HostImuInterval& interval = intervals[i];
+  const std::vector<HostImuInterval> found = intervals(28);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const HostImuInterval& interval = found[i];
     EXPECT_EQ(interval.damaged, i == 2) << i;
-    double sum = 0.0;
-    for (const double dt : interval.dt) sum += dt;
-    EXPECT_NEAR(sum, stamps[i + 1] - stamps[i], 1e-9);
     EXPECT_EQ(interval.dt.size(), interval.accel.size());
     EXPECT_EQ(interval.dt.size(), interval.gyro.size());
     for (const Eigen::Vector3d& accel : interval.accel) EXPECT_LT(accel.norm(), 60.0);
     EXPECT_EQ(interval.sigma_v > 0.0, interval.damaged);
   }
   EXPECT_GT(adapter_->counts().imu_glitches, 0);
-  EXPECT_NEAR(adapter_->lastDamage().second, stamps[2] + 0.045, 0.01);
+  EXPECT_NEAR(adapter_->lastDamage().second, exact_.keyframes[30].t + 0.045, 0.01);
 }
 
 // The host wants its newest frame while the damage goes on.
 TEST_F(AdapterInFlight, IntervalsReachIntoDamageThatGoesOn) {
   fly(disturbed(exact_.imu, exact_.truth[kFrames - 3].t + 0.03, 1e9, {120, 0, 0}));
-  std::vector<double> stamps;
-  for (int k = 30; k < kFrames; ++k) stamps.push_back(exact_.keyframes[k].t);
-  const std::vector<HostImuInterval> intervals = adapter_->imuIntervals(stamps);
-  ASSERT_EQ(intervals.size(), stamps.size() - 1);
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    EXPECT_EQ(intervals[i].damaged, i + 2 >= intervals.size()) << i;
-    double sum = 0.0;
-    for (const double dt : intervals[i].dt) sum += dt;
-    EXPECT_NEAR(sum, stamps[i + 1] - stamps[i], 1e-9) << i;
-    for (const Eigen::Vector3d& accel : intervals[i].accel) EXPECT_LT(accel.norm(), 40.0);
+  const std::vector<HostImuInterval> found = intervals(30);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i].damaged, i + 2 >= found.size()) << i;
+    for (const Eigen::Vector3d& accel : found[i].accel) EXPECT_LT(accel.norm(), 40.0);
     // The rates are as measured.
-    EXPECT_EQ(intervals[i].sigma_theta, 0.0);
+    EXPECT_EQ(found[i].sigma_theta, 0.0);
   }
-  EXPECT_NEAR(intervals.back().sigma_v, kUnknownAccel * 0.1, 1e-9);
-  const HostPropagation carried = adapter_->propagate(window(kFrames - 2).back(), stamps.back());
+  EXPECT_NEAR(found.back().sigma_v, kUnknownAccel * 0.1, 1e-9);
+  const HostPropagation carried =
+      adapter_->propagate(window(kFrames - 2).back(), exact_.keyframes[kFrames - 1].t);
   ASSERT_TRUE(carried.ok) << carried.message;
   EXPECT_LT((carried.state.V - exact_.truth[kFrames - 1].v_w_b).norm(), kUnknownAccel * 0.1);
 }
@@ -137,8 +131,7 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
     fly(imu, after + 1);
     for (int k = 0; images && k <= after; ++k) adapter_->received(exact_.keyframes[k].t);
     adapter_->received(kNotComputed);
-    const HostPreparation frame =
-        adapter_->prepare(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    const HostPreparation frame = prepare(states);
     EXPECT_TRUE(frame.replaces_newest);
     EXPECT_TRUE(frame.intervals.back().damaged);
     const double error = (frame.newest.P - exact_.truth[after].p_w_b).norm();
@@ -176,9 +169,6 @@ TEST_F(AdapterInFlight, AfterAGapInTheImagesTheTracksDecide) {
     for (int k = 0; k <= kNewest; ++k) {
       if (!gap || k <= kBefore || k >= kAfter) adapter_->received(exact_.keyframes[k].t);
     }
-    const auto prepare = [this](const std::vector<HostState>& of) {
-      return adapter_->prepare(of, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
-    };
     for (int k = kBefore - 4; k <= kBefore; ++k) EXPECT_LT(prepare(window(k)).moving.size(), 5u);
     const HostPreparation frame = prepare(states);
     if (gap) {
@@ -205,9 +195,7 @@ TEST_F(AdapterInFlight, HalfOfTheTracksMayMoveWithoutADoubt) {
     }
     fly(exact_.imu, kNewest + 1);
     HostPreparation frame;
-    for (int k = kBegin - 2; k <= kNewest; ++k) {
-      frame = adapter_->prepare(window(k), exact_.calibration.R_b_c, exact_.calibration.t_b_c);
-    }
+    for (int k = kBegin - 2; k <= kNewest; ++k) frame = prepare(window(k));
     EXPECT_GT(frame.moving.size(), exact_.keyframes[kNewest].points.size() * (part - 1) / 10);
     EXPECT_EQ(frame.position_sigma > 0.0, part > 5) << part;
     EXPECT_EQ(frame.message.empty(), part < 5) << frame.message;

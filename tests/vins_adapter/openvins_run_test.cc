@@ -15,8 +15,6 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
 class OpenVinsRun : public ::testing::Test {
  protected:
   OpenVinsRun() {

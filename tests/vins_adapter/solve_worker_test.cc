@@ -8,7 +8,6 @@
 #include <future>
 #include <optional>
 #include <thread>
-#include <utility>
 
 namespace slim_init::vins_adapter {
 namespace {
