@@ -12,7 +12,7 @@
 #include "imu/row_compensation.h"
 #include "rotation/robust_bias.h"
 #include "rotation_prior.h"
-#include "slim_init/row_times.h"
+#include "slim_init/types.h"
 #include "stopwatch.h"
 
 namespace slim_init::feature_tracker_lines {

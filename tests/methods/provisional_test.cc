@@ -3,8 +3,6 @@
 // Answers before the scale is known: the integral over the scale, the prior on the motion in
 // refinement and profile alike, the covariance over many windows, both sides of every gate, and
 // what a host sees of it.
-#include "pipeline/provisional.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "geometry/so3.h"
+#include "pipeline/answers.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"

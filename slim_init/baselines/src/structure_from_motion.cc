@@ -12,7 +12,7 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
-#include "data/with_observations.h"
+#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "slim_init/text.h"
 
