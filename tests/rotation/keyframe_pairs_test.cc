@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "data/derived_window.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "rotation/constants.h"
 #include "rotation/multi_gap_bias.h"
@@ -174,10 +175,10 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
 TEST(CutoffSchedules, EndAtTheCutoffOfTheConsensus) {
   using namespace rotation_constants;  // NOLINT: what is tested
   for (const CutoffSchedule& schedule : {kNarrowStart, kFreeFromClean, kFreeFromFar}) {
-    ASSERT_GE(schedule.rounds, 1);
-    ASSERT_LE(schedule.rounds, 4);
+    ASSERT_GE(schedule.size(), 1u);
+    ASSERT_LE(schedule.size(), 4u);
     EXPECT_EQ(schedule.back(), kOutlierSigmas);
-    for (const double* c = schedule.begin() + 1; c < schedule.end(); ++c) EXPECT_LE(*c, *(c - 1));
+    for (std::size_t c = 1; c < schedule.size(); ++c) EXPECT_LE(schedule[c], schedule[c - 1]);
   }
 }
 
