@@ -17,7 +17,7 @@
 #include "point_tracker.h"
 #include "rotation/robust_bias.h"
 #include "row_camera.h"
-#include "slim_init/row_times.h"
+#include "slim_init/types.h"
 #include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {

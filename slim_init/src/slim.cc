@@ -5,13 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
-#include "pipeline/known_biases.h"
+#include "pipeline/answers.h"
 #include "pipeline/minimum_search.h"
-#include "pipeline/provisional.h"
-#include "pipeline/recovery.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
 #include "scale/scale_profile.h"
@@ -138,9 +136,9 @@ void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, Ini
 
 // Numbers in brackets are the sections of docs/derivation.md.
 InitResult answer(const InitWindow& window, const InitializerOptions& options, WorkBudget* budget) {
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
   // calibration that the rotations agree with; observations that contradict it are pruned.

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "closed_form.h"
-#include "data/with_observations.h"
+#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "inertial_bundle_adjustment.h"
 #include "structure_from_motion.h"

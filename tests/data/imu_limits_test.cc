@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/imu_limits.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "slim_init/types.h"
 
 namespace slim_init {
 namespace {

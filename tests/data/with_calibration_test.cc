@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "data/with_calibration.h"
-
 #include <gtest/gtest.h>
 
+#include "data/derived_window.h"
 #include "support/exact_window.h"
 
 namespace slim_init {

@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "estimation/inertial_factor.h"
-#include "estimation/rig_model.h"
-#include "estimation/row_motion.h"
 #include "estimation/speed_factor.h"
 #include "estimation/state_factor.h"
 #include "estimation/visual_tracks.h"

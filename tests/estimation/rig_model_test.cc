@@ -1,12 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The prior of a calibration: Gaussian near its mean, and without a say far from it.
-#include "estimation/rig_model.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "estimation/inertial_factor.h"
 #include "geometry/so3.h"
 
 namespace slim_init {

@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/levenberg_marquardt.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "geometry/minimize.h"
 
 namespace slim_init {
 namespace {

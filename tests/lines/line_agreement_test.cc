@@ -1,11 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "lines/line_agreement.h"
-
 #include <gtest/gtest.h>
 
 #include <utility>
 #include <vector>
 
+#include "lines/line_track.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 

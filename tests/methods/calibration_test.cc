@@ -10,7 +10,7 @@
 #include "geometry/so3.h"
 #include "pipeline/rotation_stage.h"
 #include "slim_init/baselines/baselines.h"
-#include "slim_init/row_times.h"
+#include "slim_init/types.h"
 #include "slim_init/work_budget.h"
 #include "support/chi_square.h"
 #include "support/data_sheet_options.h"

@@ -3,8 +3,6 @@
 // Answers before the scale is known: the integral over the scale, the prior on the motion in
 // refinement and profile alike, the covariance over many windows, both sides of every gate, and
 // what a host sees of it.
-#include "pipeline/provisional.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "geometry/so3.h"
+#include "pipeline/answers.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"

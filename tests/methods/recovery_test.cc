@@ -3,8 +3,6 @@
 // Answers from a window at whose beginning a state is known: exact without noise, also where the
 // motion says nothing about the scale; the covariance over many windows; states that are wrong; and
 // what a host gets.
-#include "pipeline/recovery.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -19,7 +17,8 @@
 
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
-#include "imu/propagate_prior.h"
+#include "imu/preintegration.h"
+#include "pipeline/answers.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/drawn_vector.h"

@@ -41,7 +41,7 @@ Vector3d unprunedBias(const InitWindow& window) {
   Baselines drawn =
       problem.findBaselines(Vector3d::Zero(), gap, {10.0}, unknownBaselines(problem.pairs()))
           .baselines;
-  return problem.minimize(Vector3d::Zero(), gap, {{10.0, 5.0, 3.0, 3.0}, 4}, {}, std::move(drawn))
+  return problem.minimize(Vector3d::Zero(), gap, {10.0, 5.0, 3.0, 3.0}, {}, std::move(drawn))
       .gyro_bias;
 }
 

@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "rotation/static_tracks.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <functional>
 #include <random>
 
+#include "rotation/track_pruning.h"
 #include "support/exact_window.h"
 
 namespace slim_init {

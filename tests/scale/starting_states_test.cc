@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "pipeline/solver_support.h"
-#include "scale/consistent_tracks.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 

@@ -18,8 +18,8 @@
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/host_health/innovation.h"
 #include "slim_init/host_health/watchdog.h"
-#include "slim_init/row_times.h"
 #include "slim_init/text.h"
+#include "slim_init/types.h"
 #include "solve_worker.h"
 
 namespace slim_init::vins_adapter {

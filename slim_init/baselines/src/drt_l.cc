@@ -7,9 +7,9 @@ namespace slim_init::baselines {
 
 InitResult solveDrtL(const InitWindow& window, const InitializerOptions& options,
                      const BaselineOptions& baseline_options) {
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
   GyroBiasProblem problem;

@@ -77,9 +77,9 @@ TightEstimate alignTightly(const LinearMotion& motion, const TranslationEstimate
 InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options,
                      const BaselineOptions& baseline_options) {
   const Calibration& calibration = window.calibration();
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
   const GyroBiasEstimate bias =

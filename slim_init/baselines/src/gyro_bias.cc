@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "epipolar_pair.h"
-#include "geometry/levenberg_marquardt.h"
+#include "geometry/minimize.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 

@@ -133,9 +133,9 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   const OpenVinsOptions& openvins = baseline_options.openvins;
   const Calibration& calibration = window.calibration();
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // Enough motion and enough tracks.
   const std::vector<int> tracks = chooseTracks(window, openvins.max_features);

@@ -12,9 +12,9 @@ namespace slim_init::baselines {
 InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& options,
                           const BaselineOptions& baseline_options) {
   const SlimPaperOptions& terms = baseline_options.slim_paper;
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
   std::vector<VanishingPoint> vanishing_points;

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "data/with_observations.h"
+#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "slim_init/text.h"
 

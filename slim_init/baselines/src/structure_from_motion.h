@@ -28,7 +28,7 @@ struct StructureFromMotion {
 
 /// The tracker's rejection: the observations that a fundamental matrix between consecutive
 /// keyframes (RANSAC) contradicts start a track anew. One ObservationVerdict
-/// (data/with_observations.h) per observation; all are kept with a threshold of zero.
+/// (data/derived_window.h) per observation; all are kept with a threshold of zero.
 std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options);
 
 /// Reconstructs the window. Deterministic: the consensus searches draw from fixed seeds.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compared_methods.h"
-#include "data/with_observations.h"
+#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
@@ -77,9 +77,9 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
                      const BaselineOptions& baseline_options) {
   const VinsOptions& vins = baseline_options.vins;
   const Calibration& calibration = window.calibration();
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
 
   // The tracker's outlier rejection, where it is asked for.
   const std::shared_ptr<const InitWindow> tracks =

@@ -7,7 +7,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "geometry/robust_weight.h"
+#include "geometry/robust.h"
 #include "reference_so3.h"
 #include "rotation/free_rotations.h"
 #include "slim_init/doctor/doctor.h"

@@ -11,7 +11,6 @@
 #include <variant>
 #include <vector>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
 

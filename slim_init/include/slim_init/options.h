@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "slim_init/imu_limits.h"
+#include "slim_init/types.h"
 
 namespace slim_init {
 

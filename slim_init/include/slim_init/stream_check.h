@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <string>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/types.h"
 
 namespace slim_init {

@@ -201,4 +201,33 @@ struct TimeSpan {
   double last = kNotComputed;   ///< [s]
 };
 
+/// A sample with an axis beyond these is a glitch of the driver or the bus and not motion: MEMS
+/// IMUs of such rigs measure up to 16 g and 2000 deg/s. One such sample makes every attempt fail
+/// (inertial chi-square) for as long as it is in the window; StreamCheck drops and counts it.
+/// Infinity: no limit.
+struct ImuLimits {
+  double max_accel = 160.0;  ///< [m/s^2]
+  double max_gyro = 35.0;    ///< [rad/s]
+
+  /// False for a sample with a value that is not finite: that is another defect.
+  bool exceededBy(const ImuSample& sample) const;
+
+  /// The largest values of a sample and the limits, for a message.
+  std::string describe(const ImuSample& sample) const;
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound: no
+  /// range of a MEMS sensor ends below 2 g or 125 deg/s, so that a limit given in g is refused.
+  std::string validate() const;
+};
+
+/// Sets PointObservation::row of all points and LineObservation::start_row, end_row of all lines of
+/// `frame` from their raw pixels (imageRow()), for an image of `height` rows [px].
+inline void setRows(int height, FrameObservation* frame) {
+  for (PointObservation& point : frame->points) point.row = imageRow(point.pixel.y(), height);
+  for (LineObservation& line : frame->lines) {
+    line.start_row = imageRow(line.start_pixel.y(), height);
+    line.end_row = imageRow(line.end_pixel.y(), height);
+  }
+}
+
 }  // namespace slim_init

@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "slim_init/keyframe_window.h"
-#include "slim_init/row_times.h"
 #include "slim_init/text.h"
+#include "slim_init/types.h"
 
 namespace slim_init::node {
 namespace {

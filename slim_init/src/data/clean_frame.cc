@@ -8,9 +8,6 @@
 namespace slim_init {
 namespace {
 
-// Below this angle between its end points a segment has no usable direction.
-constexpr double kMinLineAngleRad = 1e-6;
-
 bool normalizeBearing(Eigen::Vector3d& bearing) {
   const double norm = bearing.norm();
   if (!std::isfinite(norm) || norm < 1e-12) return false;
@@ -59,7 +56,7 @@ void cleanLines(std::vector<LineObservation>& lines, StreamCounts& counts) {
           ++counts.observations_not_finite;
           return false;
         }
-        if (line.start_bearing.cross(line.end_bearing).norm() < kMinLineAngleRad) {
+        if (line.start_bearing.cross(line.end_bearing).norm() < kMinLineAngle) {
           ++counts.lines_degenerate;
           return false;
         }

@@ -8,6 +8,9 @@
 
 namespace slim_init {
 
+/// Below this angle between its end points a segment has no usable direction [rad].
+inline constexpr double kMinLineAngle = 1e-6;
+
 /// Sorts points and lines by id, makes bearings unit vectors, and drops what no solver can use:
 /// values that are not finite, zero bearings, the second use of an id, lines whose end points
 /// coincide. Of several observations with one id the first stays. Every drop is counted. Applying

@@ -50,27 +50,14 @@ WindowLine observationOf(const LineObservation& line, int keyframe) {
   return observation;
 }
 
-// Empty, or a message naming the first keyframe whose time is not finite or not after the one
+// Empty, or a message naming the first of `size` times that is not finite or not after the one
 // before.
-std::string checkTimes(const std::vector<const FrameObservation*>& keyframes) {
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    const double t = keyframes[k]->t;
-    if (!std::isfinite(t)) return text("time of keyframe ", k, " is not finite");
-    if (k == 0 || t > keyframes[k - 1]->t) continue;
-    return text("time of keyframe ", k, " is ", t - keyframes[k - 1]->t,
-                " s after the one before, must be positive");
-  }
-  return "";
-}
-
-// Empty, or a message naming the first sample that is not finite or not after the one before.
-std::string checkSamples(const std::vector<ImuSample>& imu) {
-  for (std::size_t i = 0; i < imu.size(); ++i) {
-    if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
-      return text("IMU sample ", i, " is not finite");
-    }
-    if (i == 0 || imu[i].t > imu[i - 1].t) continue;
-    return text("IMU sample ", i, " is ", imu[i].t - imu[i - 1].t,
+template <typename Time>
+std::string checkAscending(const char* what, std::size_t size, const Time& time) {
+  for (std::size_t i = 0; i < size; ++i) {
+    if (!std::isfinite(time(i))) return text(what, i, " is not finite");
+    if (i == 0 || time(i) > time(i - 1)) continue;
+    return text(what, i, " is ", time(i) - time(i - 1),
                 " s after the one before, must be positive");
   }
   return "";
@@ -118,10 +105,14 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   if (keyframes.size() < 2) {
     return fail(error, text("window has ", keyframes.size(), " keyframes (minimum 2)"));
   }
-  if (const std::string message = checkTimes(keyframes); !message.empty()) {
-    return fail(error, message);
+  std::string order = checkAscending("time of keyframe ", keyframes.size(),
+                                     [&](std::size_t k) { return keyframes[k]->t; });
+  if (order.empty()) {
+    order = checkAscending("IMU sample ", imu.size(), [&](std::size_t i) {
+      return imu[i].gyro.allFinite() && imu[i].accel.allFinite() ? imu[i].t : kNotComputed;
+    });
   }
-  if (const std::string message = checkSamples(imu); !message.empty()) return fail(error, message);
+  if (!order.empty()) return fail(error, order);
   if (const std::string message = checkSpeeds(speeds, calibration.speed_sensor); !message.empty()) {
     return fail(error, message);
   }

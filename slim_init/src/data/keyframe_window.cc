@@ -262,10 +262,9 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   }
   const double t_first = keyframes.front()->t, t_last = keyframes.back()->t;
   std::vector<SpeedSample> speeds;
-  constexpr double kReach = InitWindow::kImuMargin + InitWindow::kMaxSpeedGap;
-  std::copy_if(
-      speeds_.begin(), speeds_.end(), std::back_inserter(speeds),
-      [&](const SpeedSample& s) { return s.t > t_first - kReach && s.t < t_last + kReach; });
+  const double reach = InitWindow::kImuMargin + InitWindow::kMaxSpeedGap;
+  std::copy_if(speeds_.begin(), speeds_.end(), std::back_inserter(speeds),
+               [&](const SpeedSample& s) { return s.t > t_first - reach && s.t < t_last + reach; });
   std::string error;
   result.window = InitWindow::fromCleanFrames(
       calibration_, keyframes, samplesCovering(t_first, t_last), &error, std::move(speeds));

@@ -13,19 +13,48 @@
 #include "slim_init/text.h"
 
 namespace slim_init {
+
+bool OptionField::isReadBy(const std::string& method) const {
+  return methods.empty() || std::find(methods.begin(), methods.end(), method) != methods.end();
+}
+
+OptionField userKey(const char* key, OptionValue value, OptionRange range, const char* unit,
+                    const char* reason, const std::vector<std::string>& methods) {
+  return {key, std::move(value), range, unit, reason, Audience::kUser, methods};
+}
+
+OptionField userKey(const char* key, OptionValue value, const char* reason,
+                    const std::vector<std::string>& methods) {
+  return userKey(key, std::move(value), {}, "", reason, methods);
+}
+
+OptionField advancedKey(const char* key, OptionValue value, OptionRange range, const char* unit,
+                        const char* reason, const std::vector<std::string>& methods) {
+  return {key, std::move(value), range, unit, reason, Audience::kAdvanced, methods};
+}
+
+OptionField advancedKey(const char* key, OptionValue value, const char* reason,
+                        const std::vector<std::string>& methods) {
+  return advancedKey(key, std::move(value), {}, "", reason, methods);
+}
+
+bool isForComparedMethods(const OptionField& option) { return !option.isReadBy("slim"); }
+
+void appendSection(const std::string& prefix, OptionTable section,
+                   const std::vector<std::string>& methods, OptionTable* table) {
+  for (OptionField& option : section) {
+    if (!prefix.empty()) option.key = prefix + "." + option.key;
+    if (option.methods.empty()) option.methods = methods;
+    table->push_back(std::move(option));
+  }
+}
+
 namespace {
 
-constexpr OptionRange kShare = {0.0, 1.0};
 const std::vector<std::string> kSlim = {"slim"};
 // Methods with a standard deviation of the scale.
 const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
                                                   "drt-t", "drt-vi-ba",  "vins"};
-
-// Checks the numbers of a struct by its table.
-template <typename Options>
-RangeCheck checkTable(Options options) {
-  return RangeCheck().within(optionTable(&options));
-}
 
 }  // namespace
 
@@ -157,31 +186,25 @@ OptionTable slimGateTable(GateOptions* o) {
       advancedKey(
           "max_chi2", &o->max_chi2, {0.1, 1e6}, "",
           "maximum visual chi-square per degree of freedom at the noise of the tracks, before "
-          "rejection. Incorrect minima have 1.5 to 30",
-          kSlim),
+          "rejection. Incorrect minima have 1.5 to 30"),
       advancedKey(
           "max_inertial_chi2", &o->max_inertial_chi2, {0.0, 1e6}, "",
           "maximum cost of IMU factors and bias priors per residual row; the assumed noise "
           "predicts 1. Correct windows of ten keyframes have 0.16 on recorded EuRoC flights "
           "(median; 99 % below 0.66) and 0.38 on hand-held images (0.64), shorter ones up to 0.8 "
-          "with a td error of 20 ms",
-          kSlim),
-      advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
-                  "minimum fraction of the point observations left after pruning and rejection",
-                  kSlim),
+          "with a td error of 20 ms"),
+      advancedKey("min_inlier_fraction", &o->min_inlier_fraction, {0.0, 1.0}, "",
+                  "minimum fraction of the point observations left after pruning and rejection"),
       userKey("max_extrinsic_error_deg", &o->max_extrinsic_error_deg, {0.0, 180.0}, "deg",
               "maximum estimated error of the extrinsic rotation, less 2.5 standard deviations; "
-              "errors up to 10 deg are estimated reliably",
-              kSlim),
+              "errors up to 10 deg are estimated reliably"),
       userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
               "the same of the time offset between camera and IMU; errors up to 50 ms are "
-              "estimated reliably",
-              kSlim),
+              "estimated reliably"),
       advancedKey("max_extrinsic_sigma_deg", &o->max_extrinsic_sigma_deg, {0.01, 180.0}, "deg",
                   "maximum standard deviation of an extrinsic rotation that was unknown; above it "
                   "the status is too_little_excitation. With 2, one estimate in four has an error "
-                  "above 1 deg; with 0.5, one in twenty",
-                  kSlim),
+                  "above 1 deg; with 0.5, one in twenty"),
   };
 }
 
@@ -196,26 +219,21 @@ OptionTable optionTable(GateOptions* o) {
           "own: as the method was published, on for slim and off for methods without gates; "
           "on: enforced for every method; off: only reported"),
   };
-  const auto add = [&table](const OptionTable& rows) {
-    table.insert(table.end(), rows.begin(), rows.end());
-  };
-  add(motionGateTable(o));
-  add({
+  appendSection("", motionGateTable(o), {}, &table);
+  const OptionTable of_scale = {
       userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
               "maximum relative standard deviation of the scale in a full window (0.9 of "
-              "window.max_span_s or longer): an error of 25 % is beyond three of them",
-              kWithScaleSigma),
+              "window.max_span_s or longer): an error of 25 % is beyond three of them"),
       userKey("max_scale_sigma_expanding", &o->max_scale_sigma_expanding, {0.0, 10.0}, "",
               "the same in a window that is not full yet; lower, because solving at every image "
-              "accepts the first estimate under the bound",
-              kWithScaleSigma),
+              "accepts the first estimate under the bound"),
       advancedKey(
           "max_scale_sigma_fixed_size", &o->max_scale_sigma_fixed_size, {0.0, 10.0}, "",
           "as max_scale_sigma if window.min_keyframes equals window.keyframes: such windows "
-          "are solved once, when they are full",
-          kWithScaleSigma),
-  });
-  add(slimGateTable(o));
+          "are solved once, when they are full"),
+  };
+  appendSection("", of_scale, kWithScaleSigma, &table);
+  appendSection("", slimGateTable(o), kSlim, &table);
   return table;
 }
 
@@ -318,7 +336,7 @@ double WindowOptions::fullSpan() const {
 }
 
 std::string WindowOptions::validate() const {
-  return checkTable(*this)
+  return RangeCheck::of(*this)
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
       .ordered("max_span_s", max_span_s, "buffer_s", buffer_s)
       // Frames come at their own pace, so that keyframes lie up to twice as far apart.
@@ -327,10 +345,10 @@ std::string WindowOptions::validate() const {
       .message();
 }
 
-std::string VanishingPointOptions::validate() const { return checkTable(*this).message(); }
+std::string VanishingPointOptions::validate() const { return RangeCheck::of(*this).message(); }
 
 std::string InitializerOptions::validate() const {
-  RangeCheck check = checkTable(*this);
+  RangeCheck check = RangeCheck::of(*this);
   check.nested("window", window.validate());
   // No sensor in motion is better than its data sheet.
   for (const auto& [name, factor] :

@@ -1,12 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <sstream>
 #include <string>
-#include <type_traits>
 #include <variant>
 
 #include "slim_init/option_table.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 
@@ -17,9 +16,7 @@ class RangeCheck {
   template <typename T>
   RangeCheck& within(const std::string& name, T value, T min, T max) {
     if (message_.empty() && !(value >= min && value <= max)) {
-      std::ostringstream out;
-      out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
-      message_ = out.str();
+      message_ = text(name, " is ", value, ", must be in [", min, ", ", max, "]");
     }
     return *this;
   }
@@ -37,14 +34,18 @@ class RangeCheck {
     return *this;
   }
 
+  /// The same for every number of a struct that has a table.
+  template <typename Options>
+  static RangeCheck of(Options options) {
+    return RangeCheck().within(optionTable(&options));
+  }
+
   /// Requires lower <= upper for two fields.
   template <typename T>
   RangeCheck& ordered(const char* lower_name, T lower, const char* upper_name, T upper) {
     if (message_.empty() && !(lower <= upper)) {
-      std::ostringstream out;
-      out << lower_name << " is " << lower << ", must not exceed " << upper_name << " (" << upper
-          << ")";
-      message_ = out.str();
+      message_ =
+          text(lower_name, " is ", lower, ", must not exceed ", upper_name, " (", upper, ")");
     }
     return *this;
   }

@@ -1,39 +1,24 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/stream_check.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <functional>
 
 #include "geometry/dense.h"
 
 namespace slim_init {
 
 StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
-  imu_added += other.imu_added;
-  imu_not_finite += other.imu_not_finite;
-  imu_glitches += other.imu_glitches;
-  imu_out_of_order += other.imu_out_of_order;
-  imu_stray += other.imu_stray;
-  imu_before_jump += other.imu_before_jump;
-  frames_added += other.frames_added;
-  frames_not_finite += other.frames_not_finite;
-  frames_out_of_order += other.frames_out_of_order;
-  frames_stray += other.frames_stray;
-  frames_before_jump += other.frames_before_jump;
-  restarts += other.restarts;
-  lines_merged += other.lines_merged;
-  lines_waiting += other.lines_waiting;
-  lines_unmatched += other.lines_unmatched;
-  lines_not_finite += other.lines_not_finite;
-  observations_not_finite += other.observations_not_finite;
-  observations_duplicate_id += other.observations_duplicate_id;
-  lines_degenerate += other.lines_degenerate;
-  speeds_added += other.speeds_added;
-  speeds_not_finite += other.speeds_not_finite;
-  speeds_glitches += other.speeds_glitches;
-  speeds_no_covariance += other.speeds_no_covariance;
-  speeds_not_calibrated += other.speeds_not_calibrated;
-  speeds_out_of_order += other.speeds_out_of_order;
-  speeds_stray += other.speeds_stray;
+  // Counts and nothing else: as an array, in which none is forgotten.
+  std::array<std::int64_t, sizeof(StreamCounts) / sizeof(std::int64_t)> sum, more;
+  static_assert(sizeof(sum) == sizeof(StreamCounts));
+  std::memcpy(sum.data(), this, sizeof(sum));
+  std::memcpy(more.data(), &other, sizeof(more));
+  std::transform(sum.begin(), sum.end(), more.begin(), sum.begin(), std::plus<>());
+  std::memcpy(this, sum.data(), sizeof(sum));
   return *this;
 }
 

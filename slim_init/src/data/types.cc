@@ -6,18 +6,32 @@
 #include "data/range_check.h"
 #include "geometry/so3.h"
 #include "slim_init/option_table.h"
+#include "slim_init/state_prior.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
+namespace {
 
-std::string ImuNoise::validate() const {
-  ImuNoise copy = *this;
-  return RangeCheck().within(optionTable(&copy)).message();
+// Share of the diagonal.
+constexpr double kSymmetry = 1e-6;
+
+bool isRotation(const Eigen::Matrix3d& R) { return distanceFromRotation(R) < kRotationTolerance; }
+
+std::string checkCalibration(const OptionalCalibration& calibration, const char* whose) {
+  if (!calibration.has_value() ||
+      (calibration->R_b_c.allFinite() && calibration->t_b_c.allFinite() &&
+       std::isfinite(calibration->td) && calibration->covariance.allFinite() &&
+       isRotation(calibration->R_b_c))) {
+    return "";
+  }
+  return std::string("the calibration of ") + whose + " is not finite, or no rotation";
 }
 
-std::string CalibrationSigmas::validate() const {
-  CalibrationSigmas copy = *this;
-  return RangeCheck().within(optionTable(&copy)).message();
-}
+}  // namespace
+
+std::string ImuNoise::validate() const { return RangeCheck::of(*this).message(); }
+
+std::string CalibrationSigmas::validate() const { return RangeCheck::of(*this).message(); }
 
 std::string ImuBiases::validate() const {
   // [rad/s], [m/s^2]: the ranges of the priors in InertialOptions, which take their place.
@@ -72,6 +86,48 @@ std::string Calibration::validate() const {
 bool NavState::isFinite() const {
   return std::isfinite(t) && R_w_b.allFinite() && p_w_b.allFinite() && v_w_b.allFinite() &&
          gyro_bias.allFinite() && accel_bias.allFinite();
+}
+
+bool ImuLimits::exceededBy(const ImuSample& sample) const {
+  return sample.accel.allFinite() && sample.gyro.allFinite() &&
+         (sample.accel.cwiseAbs().maxCoeff() > max_accel ||
+          sample.gyro.cwiseAbs().maxCoeff() > max_gyro);
+}
+
+std::string ImuLimits::describe(const ImuSample& sample) const {
+  return roundedText(3, sample.accel.cwiseAbs().maxCoeff(), " m/s^2 and ",
+                     sample.gyro.cwiseAbs().maxCoeff(), " rad/s on an axis (limits ", max_accel,
+                     " m/s^2, ", max_gyro, " rad/s)");
+}
+
+std::string ImuLimits::validate() const { return RangeCheck::of(*this).message(); }
+
+std::string StatePrior::validate() const {
+  if (!state.isFinite()) return "the last healthy state is not finite";
+  if (!isRotation(state.R_w_b)) {
+    return "R_w_b of the last healthy state is not a rotation to within 1e-3";
+  }
+  if (!covariance.allFinite()) return "the covariance of the last healthy state is not finite";
+  if (const double least = covariance.diagonal().minCoeff(); least < 0.0) {
+    return text("the covariance of the last healthy state has ", least,
+                " on its diagonal (minimum 0)");
+  }
+  if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {
+    return "the covariance of the last healthy state is not symmetric";
+  }
+  return checkCalibration(calibration, "the last healthy state");
+}
+
+bool KnownSensors::empty() const {
+  return !calibration.has_value() && !std::isfinite(biases.gyro_sigma) &&
+         !std::isfinite(biases.accel_sigma);
+}
+
+std::string KnownSensors::validate() const {
+  if (const std::string message = biases.validate(); !message.empty()) {
+    return "the known biases: " + message;
+  }
+  return checkCalibration(calibration, "the known sensors");
 }
 
 }  // namespace slim_init

@@ -8,19 +8,16 @@
 #include <limits>
 #include <utility>
 
+#include "geometry/units.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
 
-// Of a desktop processor: a unit is about a microsecond there.
-constexpr double kDesktopWorkPerMs = 1000.0;
-// Share of the time for the work that is counted; the rest is for what is not, and for the error of
-// this measurement.
-constexpr double kCountedShare = 0.8;
-// The computation takes this long where a unit is a microsecond [units]; the best of some runs has
-// not been interrupted.
-constexpr double kKernelWork = 400.0;
+// Four fifths of the time of the computation where a unit is a microsecond [units]: the rest is for
+// work that is not counted, and for the error of this measurement. The best of some runs has not
+// been interrupted.
+constexpr double kKernelWork = 320.0;
 constexpr int kKernelRuns = 5;
 constexpr int kKernelRounds = 770;
 
@@ -54,7 +51,7 @@ double measuredWorkPerMs() {
       const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
       best_ms = std::min(best_ms, ms.count());
     }
-    return kCountedShare * kKernelWork / best_ms;
+    return kKernelWork / best_ms;
   }();
   return kMeasured;
 }
@@ -67,7 +64,8 @@ WorkLimits liveLimits(WorkLimits limits) {
 WorkBudget::WorkBudget(const WorkLimits& limits)
     : max_solve_ms_(limits.max_solve_ms), limit_(std::numeric_limits<double>::infinity()) {
   if (!(limits.max_solve_ms > 0.0)) return;
-  const double rate = limits.work_per_ms == 0.0 ? kDesktopWorkPerMs : limits.work_per_ms;
+  // Of a desktop processor: a unit is about a microsecond there.
+  const double rate = limits.work_per_ms == 0.0 ? kPerMilli : limits.work_per_ms;
   limit_ = limits.max_solve_ms * (rate > 0.0 ? rate : measuredWorkPerMs());
 }
 

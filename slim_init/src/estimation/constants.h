@@ -48,8 +48,6 @@ inline constexpr double kRelinearizeGyro = 5e-3;
 /// A time offset is first-order exact enough below this [s]: accelerations of 10 rad/s^2 turn the
 /// body by 5e-6 rad more than the mean rate says.
 inline constexpr double kRelinearizeTd = 1e-3;
-/// With fewer residuals their spread is not estimated.
-inline constexpr int kMinResiduals = 20;
 
 // ---- Posterior (posterior.h)
 

@@ -3,7 +3,10 @@
 
 #include <Eigen/Cholesky>
 
+#include "estimation/constants.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 
 namespace slim_init {
 
@@ -54,6 +57,104 @@ bool inertialWhitening(const Preintegration& pre, Eigen::Matrix<double, 9, 9>* W
   W->setIdentity();
   llt.matrixL().solveInPlace(*W);
   return W->allFinite();
+}
+
+using namespace estimation_constants;  // NOLINT: the constants of this module
+
+RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig) {
+  RigVector sigma;
+  sigma << Eigen::Vector3d::Constant(prior.sigmas.rotation_deg / kDegPerRad),
+      Eigen::Vector3d::Constant(prior.sigmas.translation_m), prior.sigmas.td_s,
+      prior.sigmas.readout_s;
+  RigVector e;
+  e << logSO3(prior.mean.dR.transpose() * rig.dR), rig.dt - prior.mean.dt, rig.dtd - prior.mean.dtd,
+      rig.dreadout - prior.mean.dreadout;
+
+  enum Part { kRotationAndTd, kLeverArm, kReadout, kParts };
+  constexpr Part kPartOf[StateLayout::kRig] = {kRotationAndTd, kRotationAndTd, kRotationAndTd,
+                                               kLeverArm,      kLeverArm,      kLeverArm,
+                                               kRotationAndTd, kReadout};
+  double z2[kParts] = {};
+  for (int i = 0; i < StateLayout::kRig; ++i) {
+    if (!(sigma[i] > 0.0)) continue;  // held
+    z2[kPartOf[i]] += e[i] * e[i] / (sigma[i] * sigma[i]);
+  }
+  RigPriorTerm term;
+  for (const double part : z2) term.cost += gemanMcClureCost(part);
+  RigVector information;
+  for (int i = 0; i < StateLayout::kRig; ++i) {
+    const bool held = !(sigma[i] > 0.0);
+    information[i] = held ? kHold : gemanMcClure(z2[kPartOf[i]]) / (sigma[i] * sigma[i]);
+    if (held) term.cost += kHold * e[i] * e[i];
+  }
+  RigMatrix J = RigMatrix::Identity();
+  J.topLeftCorner<3, 3>() = rightJacobianInverse(e.head<3>());
+  term.H = J.transpose() * information.asDiagonal() * J;
+  term.g = J.transpose() * information.cwiseProduct(e);
+  return term;
+}
+
+BodyOffset::BodyOffset(const RigError& rig, const Calibration& calibration)
+    : R_b_c(calibration.R_b_c * rig.dR),
+      t_b_c(calibration.t_b_c + rig.dt),
+      R(calibration.R_b_c * R_b_c.transpose()),
+      t(calibration.t_b_c - R * t_b_c) {}
+
+void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset,
+                       const LateExposure& exposure, WindowState* nominal,
+                       RigDerivatives* derivatives) {
+  const double td_error = exposure.td_error;
+  const ImuInstant& imu = exposure.imu;
+  const Eigen::Matrix3d& R_visual = state.R_b0_bk[k];
+  const Eigen::Matrix3d R_body = R_visual * offset.R;
+  const Eigen::Vector3d v = state.v_b0.col(k);
+  const Eigen::Vector3d acceleration = R_body * imu.force + state.gravity_b0;
+  const Eigen::Matrix3d back = expSO3(-td_error * imu.rate);
+  nominal->R_b0_bk[k] = R_body * back;
+  nominal->p_b0.col(k) = state.p_b0.col(k) + R_visual * offset.t - td_error * v;
+  nominal->v_b0.col(k) = v - td_error * acceleration;
+  if (derivatives == nullptr) return;
+
+  const double G = state.gravity_b0.norm();
+  auto& by_state = derivatives->by_state;
+  by_state.setZero();
+  by_state.block<3, 3>(0, 0) = (offset.R * back).transpose();
+  by_state.block<3, 3>(3, 0) = -R_visual * skew(offset.t);
+  by_state.block<3, 3>(3, 3).setIdentity();
+  by_state.block<3, 3>(3, 6).diagonal().setConstant(-td_error);
+  by_state.block<3, 3>(6, 0) = td_error * R_visual * skew(offset.R * imu.force);
+  by_state.block<3, 3>(6, 6).setIdentity();
+  auto& by_rig = derivatives->by_rig;
+  by_rig.setZero();
+  by_rig.block<3, 3>(0, 0) = -back.transpose() * offset.R_b_c;
+  by_rig.block<3, 3>(3, 0) = -R_body * skew(offset.t_b_c) * offset.R_b_c;
+  by_rig.block<3, 3>(6, 0) = -td_error * R_body * skew(imu.force) * offset.R_b_c;
+  by_rig.block<3, 3>(3, 3) = -R_body;
+  by_rig.block<3, 1>(0, 6) = -imu.rate;
+  by_rig.block<3, 1>(3, 6) = -v;
+  by_rig.block<3, 1>(6, 6) = -acceleration;
+  derivatives->by_gravity.setZero();
+  derivatives->by_gravity.bottomRows<3>() = -td_error * G * tangentBasis(state.gravity_b0 / G);
+}
+
+Eigen::Matrix<double, 9, kRigInertialColumns> chainRig(
+    const Eigen::Matrix<double, 9, kInertialColumns>& J, const RigDerivatives& i,
+    const RigDerivatives& j) {
+  // Columns of J: theta_i p_i theta_j p_j v_i v_j, then biases and gravity.
+  Eigen::Matrix<double, 9, 9> J_i, J_j;
+  J_i << J.middleCols<6>(0), J.middleCols<3>(12);
+  J_j << J.middleCols<6>(6), J.middleCols<3>(15);
+  const Eigen::Matrix<double, 9, 9> C_i = J_i.lazyProduct(i.by_state);
+  const Eigen::Matrix<double, 9, 9> C_j = J_j.lazyProduct(j.by_state);
+  Eigen::Matrix<double, 9, kRigInertialColumns> out;
+  out.middleCols<6>(0) = C_i.leftCols<6>();
+  out.middleCols<6>(6) = C_j.leftCols<6>();
+  out.middleCols<3>(12) = C_i.rightCols<3>();
+  out.middleCols<3>(15) = C_j.rightCols<3>();
+  out.middleCols<8>(18) = J.rightCols<8>();
+  out.middleCols<2>(24) += J_i.lazyProduct(i.by_gravity) + J_j.lazyProduct(j.by_gravity);
+  out.rightCols<StateLayout::kRig - 1>() = J_i.lazyProduct(i.by_rig) + J_j.lazyProduct(j.by_rig);
+  return out;
 }
 
 }  // namespace slim_init

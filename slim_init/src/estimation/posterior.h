@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "estimation/rig_model.h"
+#include "estimation/inertial_factor.h"
 #include "imu/window_state.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"

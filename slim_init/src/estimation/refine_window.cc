@@ -7,7 +7,7 @@
 
 #include "estimation/constants.h"
 #include "estimation/visual_inertial_problem.h"
-#include "geometry/median.h"
+#include "geometry/robust.h"
 #include "imu/imu_quality.h"
 
 namespace slim_init {
@@ -27,7 +27,7 @@ double chi2(const MapSummary& summary, const VisualInertialProblem& map) {
 // Standard deviation of a point bearing from the median of the residuals [rad]
 // (docs/derivation.md, 4.9); `otherwise` where there are few.
 double pointNoise(const MapResiduals& residuals, double otherwise) {
-  if (static_cast<int>(residuals.points.size()) < kMinResiduals) return otherwise;
+  if (static_cast<int>(residuals.points.size()) < kFewestForSpread) return otherwise;
   return median(residuals.points) / kRayleighMedian *
          fitCorrection(2.0 * residuals.points.size(), 3.0 * residuals.point_tracks + 6.0);
 }
@@ -63,7 +63,7 @@ struct TrackNoise {
 TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProblem& map,
                          double floor) {
   TrackNoise noise = {pointNoise(residuals, map.sigmaPoint()), map.sigmaLine()};
-  if (static_cast<int>(residuals.lines.size()) >= kMinResiduals) {
+  if (static_cast<int>(residuals.lines.size()) >= kFewestForSpread) {
     const double rows = 2.0 * residuals.lines.size();
     noise.sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
                        fitCorrection(rows, 4.0 * residuals.line_tracks);

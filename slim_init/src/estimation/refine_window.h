@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "estimation/window_priors.h"
+#include "estimation/state_factor.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/init_window.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "estimation/constants.h"
-#include "geometry/robust_weight.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 
 namespace slim_init {

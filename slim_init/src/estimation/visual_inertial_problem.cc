@@ -146,36 +146,26 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
     whitening_valid_ = invertSymmetric(known_->covariance, &information) && whitening_valid_;
     known_information_ = information;
   }
+  const auto add = [](const Track& track, const auto& viewOf, auto* tracks) {
+    const int begin = static_cast<int>(tracks->views.size());
+    for (int s = track.begin; s < track.end; ++s) tracks->views.push_back(viewOf(s));
+    tracks->ranges.push_back({track.id, begin, begin + track.size()});
+  };
+  const auto pointView = [&](int s) {
+    const WindowPoint& point = window.pointObservations()[s];
+    const Eigen::Vector3d bearing_b = R_b_c * point.bearing;
+    return PointView{point.keyframe, bearing_b, tangentBasis(bearing_b).transpose(), point.row};
+  };
+  const auto lineView = [&](int s) {
+    const WindowLine& line = window.lineObservations()[s];
+    return LineView{line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
+                    line.start_row, line.end_row};
+  };
   points_.views.reserve(window.pointObservations().size());
-  for (const Track& track : window.pointTracks()) {
-    const TrackRange range = {static_cast<int>(points_.views.size()),
-                              static_cast<int>(points_.views.size()) + track.size()};
-    for (int s = track.begin; s < track.end; ++s) {
-      PointView view;
-      view.keyframe = window.pointObservations()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
-      view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      view.row = window.pointObservations()[s].row;
-      points_.views.push_back(view);
-    }
-    points_.ranges.push_back(range);
-  }
-  if (options_.use_lines) addLineTracks(lines);
-}
-
-void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
-  const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
+  for (const Track& track : window.pointTracks()) add(track, pointView, &points_);
+  if (!options_.use_lines) return;
   for (const Track& track : lines) {
-    if (track.size() < kMinLineViews) continue;
-    TrackRange range;
-    range.begin = static_cast<int>(lines_.views.size());
-    for (int s = track.begin; s < track.end; ++s) {
-      const WindowLine& line = window_.lineObservations()[s];
-      lines_.views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
-                              line.start_row, line.end_row});
-    }
-    range.end = static_cast<int>(lines_.views.size());
-    lines_.ranges.push_back(range);
+    if (track.size() >= kMinLineViews) add(track, lineView, &lines_);
   }
 }
 
@@ -203,48 +193,43 @@ int VisualInertialProblem::visualDof() const {
 void VisualInertialProblem::triangulateAll(const WindowState& state) {
   structure_ = Structure();
   structure_.points.reserve(points_.ranges.size());
-  for (const TrackRange& t : points_.ranges) {
-    structure_.points.push_back(
-        triangulate(&points_.views[t.begin], t.end - t.begin, state, t_b_c_));
+  for (const Track& t : points_.ranges) {
+    structure_.points.push_back(triangulate(&points_.views[t.begin], t.size(), state, t_b_c_));
     if (known_ && known_->points_at_infinity) structure_.points.back().inverse_depth = 0.0;
   }
-  for (const TrackRange& t : lines_.ranges) {
+  for (const Track& t : lines_.ranges) {
     LineParameters line;
-    triangulate(&lines_.views[t.begin], t.end - t.begin, state, t_b_c_, &line);
+    triangulate(&lines_.views[t.begin], t.size(), state, t_b_c_, &line);
     structure_.lines.push_back(line);
   }
 }
 
 double VisualInertialProblem::addPriors(const WindowState& state, System* system) const {
-  if (known_) return motion_ ? addMotionPrior(state, system) : 0.0;
-  // The prior is centred at zero, so a tight one holds the bias there.
-  const double w_a =
-      options_.estimate_accel_bias ? 1.0 / square(inertial_.accel_bias_prior) : kHold;
-  const double w_g = 1.0 / square(inertial_.gyro_bias_prior);
-  system->H.diagonal().segment<3>(layout_.accelBias()).array() += w_a;
-  system->H.diagonal().segment<3>(layout_.gyroBias()).array() += w_g;
-  system->g.segment<3>(layout_.accelBias()) += w_a * state.accel_bias;
-  system->g.segment<3>(layout_.gyroBias()) += w_g * state.gyro_bias;
-  return w_a * state.accel_bias.squaredNorm() + w_g * state.gyro_bias.squaredNorm() +
-         (motion_ ? addMotionPrior(state, system) : 0.0);
-}
-
-double VisualInertialProblem::addMotionPrior(const WindowState& state, System* system) const {
+  const auto add = [system](int at, double information, const Eigen::Vector3d& value) {
+    system->H.diagonal().segment<3>(at).array() += information;
+    system->g.segment<3>(at) += information * value;
+    return information * value.squaredNorm();
+  };
+  double cost = 0.0;
+  if (!known_) {
+    // The prior is centred at zero, so a tight one holds the bias there.
+    cost = add(layout_.accelBias(),
+               options_.estimate_accel_bias ? 1.0 / square(inertial_.accel_bias_prior) : kHold,
+               state.accel_bias);
+    cost += add(layout_.gyroBias(), 1.0 / square(inertial_.gyro_bias_prior), state.gyro_bias);
+  }
+  if (!motion_) return cost;
   const double duration = window_.times().back() - window_.times().front();
-  const double w_speed = 1.0 / square(motion_->speed_sigma);
   const double w_change = 1.0 / square(motion_->acceleration_sigma * duration);
-  const Eigen::Vector3d speed = state.v_b0.col(MotionPrior::middle(layout_.n));
   const Eigen::Vector3d change = state.v_b0.rightCols<1>() - state.v_b0.leftCols<1>();
-  const int first = layout_.velocity(0), middle = layout_.velocity(MotionPrior::middle(layout_.n)),
-            last = layout_.velocity(layout_.n - 1);
-  system->g.segment<3>(middle) += w_speed * speed;
-  system->g.segment<3>(first) -= w_change * change;
-  system->g.segment<3>(last) += w_change * change;
-  system->H.diagonal().segment<3>(middle).array() += w_speed;
-  system->H.diagonal().segment<3>(first).array() += w_change;
-  system->H.diagonal().segment<3>(last).array() += w_change;
+  const int middle = MotionPrior::middle(layout_.n);
+  const int first = layout_.velocity(0), last = layout_.velocity(layout_.n - 1);
+  const double of_speed =
+      add(layout_.velocity(middle), 1.0 / square(motion_->speed_sigma), state.v_b0.col(middle));
+  add(first, w_change, -change);
+  const double of_change = add(last, w_change, change);
   system->H.block<3, 3>(last, first).diagonal().array() -= w_change;
-  return w_speed * speed.squaredNorm() + w_change * change.squaredNorm();
+  return cost + (of_speed + of_change);
 }
 
 double VisualInertialProblem::addKnownState(const WindowState& state, System* system) const {
@@ -313,13 +298,6 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
   system->H.selfadjointView<Eigen::Lower>().rankUpdate(with_scale, -1.0 / information);
   system->g -= (gradient / information) * with_scale;
   return fit.cost;
-}
-
-double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
-  const RigPriorTerm prior = rigPriorTerm(rig_, rig);
-  system->H.block<StateLayout::kRig, StateLayout::kRig>(layout_.rig(), layout_.rig()) += prior.H;
-  system->g.segment<StateLayout::kRig>(layout_.rig()) += prior.g;
-  return prior.cost;
 }
 
 double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
@@ -395,7 +373,7 @@ void VisualInertialProblem::evaluateView(const View& view, const Parameters& par
 // The readout is one column, so that its products need a sum over the views alone; the velocities
 // couple every two of them.
 template <int D, typename View>
-void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::vector<View>& views,
+void VisualInertialProblem::eliminateRows(const Track& track, const std::vector<View>& views,
                                           const Eigen::Matrix<double, D, 1>& y,
                                           const Elimination<D>& elimination, System* system) {
   Eigen::Matrix<double, 1, D> readout = Eigen::Matrix<double, 1, D>::Zero();
@@ -466,7 +444,7 @@ double VisualInertialProblem::addTracks(const Tracks<View>& tracks,
   track_residuals_.resize(layout_.n);
   LogSum cost;
   for (std::size_t t = 0; t < tracks.ranges.size(); ++t) {
-    const TrackRange& range = tracks.ranges[t];
+    const Track& range = tracks.ranges[t];
     for (int a = range.begin; a < range.end; ++a) {
       ViewDerivatives<D> view;
       RowJacobian by_row;
@@ -488,7 +466,7 @@ double VisualInertialProblem::addTracks(const Tracks<View>& tracks,
 }
 
 template <int D>
-void VisualInertialProblem::factorTrack(const TrackRange& range, std::size_t t,
+void VisualInertialProblem::factorTrack(const Track& range, std::size_t t,
                                         Elimination<D>* elimination) const {
   using MatrixD = Eigen::Matrix<double, D, D>;
   using VectorD = Eigen::Matrix<double, D, 1>;
@@ -522,7 +500,7 @@ void VisualInertialProblem::factorTrack(const TrackRange& range, std::size_t t,
 }
 
 template <int D, typename View>
-void VisualInertialProblem::addToPoses(const TrackRange& range, const std::vector<View>& views,
+void VisualInertialProblem::addToPoses(const Track& range, const std::vector<View>& views,
                                        const Eigen::Matrix<double, D, 1>& y,
                                        const Elimination<D>& elimination, System* system) {
   for (int a = range.begin; a < range.end; ++a) {
@@ -545,15 +523,13 @@ void VisualInertialProblem::addToPoses(const TrackRange& range, const std::vecto
 
 double VisualInertialProblem::workOfLinearization() const {
   double views = 0.0, pairs = 0.0;
-  const auto count = [&views, &pairs](const std::vector<TrackRange>& tracks) {
-    for (const TrackRange& track : tracks) {
-      const double of_track = track.end - track.begin;
+  for (const std::vector<Track>* tracks : {&points_.ranges, &lines_.ranges}) {
+    for (const Track& track : *tracks) {
+      const double of_track = track.size();
       views += of_track;
       pairs += of_track * (of_track + 1.0) / 2.0;
     }
-  };
-  count(points_.ranges);
-  count(lines_.ranges);
+  }
   const double m = layout_.size();
   return kWorkPerView * views + (rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews) * pairs +
          kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
@@ -577,8 +553,11 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
   system->inertial_cost = addInertial(state, system) + addPriors(state, system);
-  system->cost = system->visual_cost + system->inertial_cost + addSpeeds(state, system) +
-                 addRigPrior(state.rig, system);
+  const double speed_cost = addSpeeds(state, system);
+  const RigPriorTerm rig = rigPriorTerm(rig_, state.rig);
+  system->H.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>() += rig.H;
+  system->g.tail<StateLayout::kRig>() += rig.g;
+  system->cost = system->visual_cost + system->inertial_cost + speed_cost + rig.cost;
   if (known_) system->cost += addKnownState(state, system);
 }
 
@@ -592,7 +571,7 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
         const int k = tracks.views[a].keyframe;
         Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
         if (by_row_) {
-          Eigen::Matrix<double, kRowMotion, 1> row_step;
+          Eigen::Vector4d row_step;
           row_step << step.segment<3>(layout_.velocity(k)), step[layout_.readout()];
           moved += elimination.rows[a] * row_step;
         }
@@ -724,49 +703,45 @@ MapResiduals VisualInertialProblem::residuals() const {
   MapResiduals out;
   out.point_tracks = static_cast<int>(points_.ranges.size());
   out.line_tracks = static_cast<int>(lines_.ranges.size());
-  RowJacobian by_row;
-  out.points.reserve(points_.views.size());
-  for (std::size_t t = 0; t < points_.ranges.size(); ++t) {
-    for (int a = points_.ranges[t].begin; a < points_.ranges[t].end; ++a) {
-      ViewDerivatives<3> view;
-      evaluateView(points_.views[a], structure_.points[t], final_state_, 1.0, &view, &by_row);
-      out.points.push_back(view.r.norm());
+  const auto measure = [this](const auto& tracks, const auto& parameters, auto view,
+                              const auto& norm, std::vector<double>* residuals) {
+    RowJacobian by_row;
+    residuals->reserve(tracks.views.size());
+    for (std::size_t t = 0; t < tracks.ranges.size(); ++t) {
+      for (int a = tracks.ranges[t].begin; a < tracks.ranges[t].end; ++a) {
+        evaluateView(tracks.views[a], parameters[t], final_state_, 1.0, &view, &by_row);
+        residuals->push_back(norm(view.r));
+      }
     }
-  }
-  for (std::size_t t = 0; t < lines_.ranges.size(); ++t) {
-    for (int a = lines_.ranges[t].begin; a < lines_.ranges[t].end; ++a) {
-      ViewDerivatives<4> view;
-      evaluateView(lines_.views[a], structure_.lines[t], final_state_, 1.0, &view, &by_row);
-      out.lines.push_back(view.r.cwiseAbs().maxCoeff());
-    }
-  }
+  };
+  measure(
+      points_, structure_.points, ViewDerivatives<3>(),
+      [](const Eigen::Vector2d& r) { return r.norm(); }, &out.points);
+  measure(
+      lines_, structure_.lines, ViewDerivatives<4>(),
+      [](const Eigen::Vector2d& r) { return r.cwiseAbs().maxCoeff(); }, &out.lines);
   return out;
 }
 
 void VisualInertialProblem::reject(const MapResiduals& now, double max_point, double max_line) {
   const auto filter = [](const std::vector<double>& residual, double bound, int min_views,
                          auto* tracks, auto* parameters) {
-    auto kept = *tracks;
-    auto kept_parameters = *parameters;
-    kept.views.clear();
-    kept.ranges.clear();
-    kept_parameters.clear();
+    // In place: what is kept moves to the front.
+    int views = 0;
+    std::size_t kept = 0;
     for (std::size_t t = 0; t < tracks->ranges.size(); ++t) {
-      TrackRange range;
-      range.begin = static_cast<int>(kept.views.size());
+      Track range = {tracks->ranges[t].id, views, views};
       for (int a = tracks->ranges[t].begin; a < tracks->ranges[t].end; ++a) {
-        if (residual[a] <= bound) kept.views.push_back(tracks->views[a]);
+        if (residual[a] <= bound) tracks->views[range.end++] = tracks->views[a];
       }
-      range.end = static_cast<int>(kept.views.size());
-      if (range.end - range.begin < min_views) {
-        kept.views.resize(range.begin);
-        continue;
-      }
-      kept.ranges.push_back(range);
-      kept_parameters.push_back((*parameters)[t]);
+      if (range.size() < min_views) continue;
+      views = range.end;
+      tracks->ranges[kept] = range;
+      (*parameters)[kept++] = (*parameters)[t];
     }
-    std::swap(*tracks, kept);
-    std::swap(*parameters, kept_parameters);
+    tracks->views.resize(views);
+    tracks->ranges.resize(kept);
+    parameters->resize(kept);
   };
   filter(now.points, max_point, 2, &points_, &structure_.points);
   filter(now.lines, max_line, kMinLineViews, &lines_, &structure_.lines);

@@ -6,9 +6,9 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; and over the errors of extrinsics, td and readout time under
-// their prior (rig_model.h), with a prior on the motion (window_priors.h), with measured velocities
-// of the window (speed_factor.h), and with a known state of the first body in place of the priors
-// of the biases (state_factor.h). The parameters of every track are eliminated inside
+// their prior (inertial_factor.h), with a prior on the motion (MotionPrior), with measured
+// velocities of the window (speed_factor.h), and with a known state of the first body in place of
+// the priors of the biases (state_factor.h). The parameters of every track are eliminated inside
 // each Gauss-Newton step (Schur complement), which is the same step as on their null space.
 #pragma once
 
@@ -16,10 +16,9 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/row_motion.h"
 #include "estimation/speed_factor.h"
+#include "estimation/state_factor.h"
 #include "estimation/visual_tracks.h"
-#include "estimation/window_priors.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/line_track.h"
@@ -116,13 +115,10 @@ class VisualInertialProblem {
   const Eigen::VectorXd& visualGradient() const { return visual_gradient_; }
 
  private:
-  struct TrackRange {
-    int begin = 0, end = 0;
-  };
   /// The tracks of one kind that take part.
   template <typename View>
   struct Tracks {
-    std::vector<TrackRange> ranges;  ///< of `views`
+    std::vector<Track> ranges;  ///< of `views`
     std::vector<View> views;
     double sigma = 0.0;  ///< standard deviation of a residual [rad]
   };
@@ -161,11 +157,8 @@ class VisualInertialProblem {
   };
 
   double workOfLinearization() const;
-  void addLineTracks(const std::vector<Track>& lines);
   void triangulateAll(const WindowState& state);
   double addPriors(const WindowState& state, System* system) const;
-  double addMotionPrior(const WindowState& state, System* system) const;
-  double addRigPrior(const RigError& rig, System* system) const;
   double addKnownState(const WindowState& state, System* system) const;
   std::vector<SpeedResidual> speedResiduals(const WindowState& state) const;
   double addSpeeds(const WindowState& state, System* system) const;
@@ -179,14 +172,14 @@ class VisualInertialProblem {
                    const WindowState& state, Elimination<D>* elimination, System* system);
   /// Factors the information of track `t`; J_track of its views, in `elimination->K`, becomes K.
   template <int D>
-  void factorTrack(const TrackRange& range, std::size_t t, Elimination<D>* elimination) const;
+  void factorTrack(const Track& range, std::size_t t, Elimination<D>* elimination) const;
   /// What is left of a factored track for the poses of its views.
   template <int D, typename View>
-  void addToPoses(const TrackRange& range, const std::vector<View>& views,
+  void addToPoses(const Track& range, const std::vector<View>& views,
                   const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
                   System* system);
   template <int D, typename View>
-  void eliminateRows(const TrackRange& track, const std::vector<View>& views,
+  void eliminateRows(const Track& track, const std::vector<View>& views,
                      const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
                      System* system);
   template <typename View, typename Parameters, int D>

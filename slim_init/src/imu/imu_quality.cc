@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/median.h"
+#include "geometry/robust.h"
 #include "imu/preintegration.h"
 
 namespace slim_init {
@@ -18,24 +18,21 @@ namespace {
 /// flight is close to quadratic over four averages.
 constexpr int kAverages[] = {1, 2, 4, 8};
 constexpr double kLongestAverage = 0.041;
-/// With fewer the spread is known to worse than a tenth.
-constexpr int kMinDifferences = 20;
 /// Share of a Gaussian within one standard deviation: robust as the median, and closer to the rms
 /// where vibration is a sinusoid (1.24 of it, the median 1.48).
 constexpr double kWithinSigma = 0.6827;
 
 // ---- Model, fitted on all recordings at once (docs/derivation.md, section 8)
 
-/// Factor on the data sheet's density of the accelerometer, which is that of one sample at rest.
-constexpr double kAccelFloor = 2.0;
-/// Share of the measured density that is left over an interval between keyframes: the spectrum of
-/// a vibration falls towards low frequencies.
-constexpr double kAccelShare = 0.5;
-constexpr double kGyroShare = 0.2;
-/// Density per spread of the motion [1/sqrt(Hz)]: scale and axis errors of the IMU, and what the
-/// tracks get wrong as they move.
-constexpr double kAccelMotion = 7.5e-3;
-constexpr double kGyroMotion = 8e-4;
+struct NoiseModel {
+  double floor;   ///< factor on the data sheet's density, which is that of one sample at rest
+  double share;   ///< of the measured density that is left over an interval between keyframes: the
+                  ///< spectrum of a vibration falls towards low frequencies
+  double motion;  ///< density per spread of the motion [1/sqrt(Hz)]: scale and axis errors of the
+                  ///< IMU, and what the tracks get wrong as they move
+};
+constexpr NoiseModel kGyro = {1.0, 0.2, 8e-4};
+constexpr NoiseModel kAccel = {2.0, 0.5, 7.5e-3};
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -118,7 +115,14 @@ void measureMotion(const std::vector<ImuSample>& samples, ImuQuality* out) {
   out->angular_spread = std::sqrt(rate2 / n);
 }
 
-double rootOfSquares(double a, double b, double c) { return std::sqrt(a * a + b * b + c * c); }
+// `factor`: on the data sheet, where the user has given one.
+double assumedDensity(const NoiseModel& model, double data_sheet, double measured, double spread,
+                      double factor) {
+  if (factor > 0.0) return factor * data_sheet;
+  const double floor = model.floor * data_sheet, left = model.share * measured,
+               motion = model.motion * spread;
+  return std::sqrt(floor * floor + left * left + motion * motion);
+}
 
 }  // namespace
 
@@ -138,30 +142,21 @@ ImuQuality measureImuQuality(const std::vector<ImuSample>& samples) {
     auto differences = thirdDifferences(averagesOf(samples, length), length * interval);
     const int count = static_cast<int>(differences.front().size());
     if (length == 1) out.differences = count;
-    if (count < kMinDifferences) break;
+    if (count < kFewestForSpread) break;
     gyro2 = std::min(gyro2, meanVariance(&differences[0]) * length * interval);
     accel2 = std::min(accel2, meanVariance(&differences[3]) * length * interval);
   }
-  if (out.differences >= kMinDifferences) out.noise = {std::sqrt(gyro2), std::sqrt(accel2)};
+  if (out.differences >= kFewestForSpread) out.noise = {std::sqrt(gyro2), std::sqrt(accel2)};
   return out;
 }
 
 ImuNoise assumedImuNoise(const ImuNoise& data_sheet, const ImuQuality& quality,
                          const InertialOptions& options) {
   const ImuNoise measured = quality.measured() ? quality.noise : ImuNoise{0.0, 0.0};
-  ImuNoise out;
-  out.gyro_density = options.gyro_noise_factor * data_sheet.gyro_density;
-  if (options.gyro_noise_factor <= 0.0) {
-    out.gyro_density = rootOfSquares(data_sheet.gyro_density, kGyroShare * measured.gyro_density,
-                                     kGyroMotion * quality.angular_spread);
-  }
-  out.accel_density = options.accel_noise_factor * data_sheet.accel_density;
-  if (options.accel_noise_factor <= 0.0) {
-    out.accel_density =
-        rootOfSquares(kAccelFloor * data_sheet.accel_density, kAccelShare * measured.accel_density,
-                      kAccelMotion * quality.force_spread);
-  }
-  return out;
+  return {assumedDensity(kGyro, data_sheet.gyro_density, measured.gyro_density,
+                         quality.angular_spread, options.gyro_noise_factor),
+          assumedDensity(kAccel, data_sheet.accel_density, measured.accel_density,
+                         quality.force_spread, options.accel_noise_factor)};
 }
 
 ImuNoise assumedImuNoise(const InitWindow& window, const InertialOptions& options) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "geometry/so3.h"
+
 namespace slim_init {
 namespace {
 
@@ -142,6 +144,12 @@ void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j, co
   if (end.t > at.t) step<kParts>(at, end, noiseBefore(next), pre);
 }
 
+// A sensor in motion against its data sheet: three times what recorded flights show over windows
+// (docs/derivation.md, 4.2), since here nothing measures it.
+constexpr double kInMotion = 10.0;
+
+constexpr int kTheta = 0, kPosition = 3, kVelocity = 6, kGyroBias = 9, kAccelBias = 12;
+
 }  // namespace
 
 Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
@@ -219,6 +227,68 @@ std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>&
   R_c0_ck.reserve(R_b0_bk.size());
   for (const Eigen::Matrix3d& R : R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
   return R_c0_ck;
+}
+
+// Five samples at 200 Hz [s].
+constexpr double kInstantSpan = 0.012;
+
+std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
+                                    const Eigen::Vector3d& gyro_bias,
+                                    const Eigen::Vector3d& accel_bias) {
+  const std::vector<ImuSample>& imu = window.imu();
+  std::vector<ImuInstant> instants;
+  instants.reserve(window.size());
+  for (const double keyframe : window.times()) {
+    const double t = keyframe + td_shift;
+    auto first = std::lower_bound(imu.begin(), imu.end(), t - kInstantSpan,
+                                  [](const ImuSample& s, double time) { return s.t < time; });
+    if (first == imu.end()) --first;
+    ImuInstant sum;
+    int count = 0;
+    for (auto sample = first; sample != imu.end() && sample->t <= t + kInstantSpan; ++sample) {
+      sum.rate += sample->gyro;
+      sum.force += sample->accel;
+      ++count;
+    }
+    if (count == 0) {
+      // A slow IMU: the sample after the instant.
+      sum = {first->gyro, first->accel};
+      count = 1;
+    }
+    instants.push_back({sum.rate / count - gyro_bias, sum.force / count - accel_bias});
+  }
+  return instants;
+}
+
+StatePrior propagatePrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
+                          double gravity_magnitude, const ImuNoise& noise) {
+  if (!(t > prior.state.t)) return prior;
+  ImuNoise in_motion = noise;
+  in_motion.gyro_density *= kInMotion;
+  in_motion.accel_density *= kInMotion;
+  const NavState& from = prior.state;
+  const Preintegration pre = preintegrate(samples, from.t, t, {from.gyro_bias, from.accel_bias},
+                                          in_motion, PreintegrationParts::kWithCovariance);
+  StatePrior carried = prior;
+  carried.state = propagate(from, pre, Eigen::Vector3d(0.0, 0.0, -gravity_magnitude));
+  const Eigen::Matrix3d& R = from.R_w_b;
+  Eigen::Matrix<double, 15, 15> F = Eigen::Matrix<double, 15, 15>::Identity();
+  F.block<3, 3>(kTheta, kTheta) = pre.dR.transpose();
+  F.block<3, 3>(kTheta, kGyroBias) = pre.dR_dbg;
+  F.block<3, 3>(kVelocity, kTheta) = -R * skew(pre.dv);
+  F.block<3, 3>(kVelocity, kGyroBias) = R * pre.dv_dbg;
+  F.block<3, 3>(kVelocity, kAccelBias) = R * pre.dv_dba;
+  F.block<3, 3>(kPosition, kTheta) = -R * skew(pre.dp);
+  F.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(pre.dt);
+  F.block<3, 3>(kPosition, kGyroBias) = R * pre.dp_dbg;
+  F.block<3, 3>(kPosition, kAccelBias) = R * pre.dp_dba;
+  // The preintegration's errors are [theta, v, p], the last two in the first body.
+  Eigen::Matrix<double, 15, 9> G = Eigen::Matrix<double, 15, 9>::Zero();
+  G.block<3, 3>(kTheta, 0).setIdentity();
+  G.block<3, 3>(kVelocity, 3) = R;
+  G.block<3, 3>(kPosition, 6) = R;
+  carried.covariance = F * prior.covariance * F.transpose() + G * pre.covariance * G.transpose();
+  return carried;
 }
 
 }  // namespace slim_init

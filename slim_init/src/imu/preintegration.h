@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // IMU preintegration on SO(3) (Forster et al. 2016, sections V and VI), trapezoidal between
-// samples.
+// samples, and what follows from it for states.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,7 @@
 
 #include "geometry/so3.h"
 #include "slim_init/init_window.h"
+#include "slim_init/state_prior.h"
 #include "slim_init/types.h"
 
 namespace slim_init {
@@ -97,5 +98,22 @@ std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& p
 /// Rotations of the cameras into the first camera from those of the bodies into the first body.
 std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
                                              const Eigen::Matrix3d& R_b_c);
+
+/// Motion of the IMU at one instant, biases taken off.
+struct ImuInstant {
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();   ///< [rad/s]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]
+};
+
+/// Means of the samples within 12 ms of each keyframe moved by `td_shift` [s], less the biases
+/// [rad/s, m/s^2]. Without one the sample after it, the last one at the end.
+std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
+                                    const Eigen::Vector3d& gyro_bias,
+                                    const Eigen::Vector3d& accel_bias);
+
+/// `prior` at time `t` [s], not before it. `samples` ascend and cover the time between; `noise` as
+/// the data sheet has it, widened here to that of a sensor in motion (docs/derivation.md, 5.3).
+StatePrior propagatePrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
+                          double gravity_magnitude, const ImuNoise& noise);
 
 }  // namespace slim_init

@@ -8,11 +8,33 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
-#include "geometry/view_derivatives.h"
 #include "imu/window_state.h"
+#include "slim_init/init_window.h"
 
 namespace slim_init {
+
+/// Nearest point or line that a start may have [1/m]; nearer ones are wrong matches.
+inline constexpr double kMaxStartInverseDistance = 10.0;
+
+/// Derivatives of one view of a track: two residuals, whitened.
+template <int D>
+struct ViewDerivatives {
+  Eigen::Vector2d r;
+  Eigen::Matrix<double, 2, 6> J_pose;  ///< against [theta_k, p_k]
+  Eigen::Matrix<double, 2, D> J_track;
+};
+
+/// Where the camera is at an exposure, seen from the body at its keyframe.
+struct CameraPlace {
+  // NOLINTNEXTLINE: mostly the lever arm is all.
+  CameraPlace(const Eigen::Vector3d& lever, const Eigen::Vector3d& way = Eigen::Vector3d::Zero())
+      : t_b_c(lever), moved(way) {}
+
+  Eigen::Vector3d t_b_c;  ///< in the body [m]
+  Eigen::Vector3d moved;  ///< of the body from the keyframe to the exposure, in b0 [m]
+};
 
 /// A line segment seen in keyframe k.
 struct LineView {
@@ -44,5 +66,18 @@ void evaluate(const LineView& view, const LineParameters& line, const WindowStat
 /// at infinity; false where the middle view has no plane.
 bool triangulate(const LineView* views, int count, const WindowState& state,
                  const Eigen::Vector3d& t_b_c, LineParameters* line);
+
+/// A line that the tracker confuses with another stays confused for the rest of its track; a robust
+/// loss alone does not help against it, since with a jump in the middle neither half is the
+/// outlier. Line tracks cut into stretches of consecutive observations in which a single line
+/// explains every end point to within `max_error_rad`, seen from the cameras of `motion`; the
+/// longest stretch first, then what is left on both sides of it. Stretches shorter than `min_views`
+/// are left out.
+///
+/// Only rotations and the shape of the trajectory matter, not its scale. Two views always agree
+/// (they put no constraint on the motion, docs/derivation.md), so the test begins with the third.
+/// Returned are ranges of InitWindow::lineObservations(); ids repeat after a cut.
+std::vector<Track> agreeingLineTracks(const InitWindow& window, const WindowState& motion,
+                                      double max_error_rad, int min_views);
 
 }  // namespace slim_init

@@ -10,13 +10,30 @@
 #include <iterator>
 #include <tuple>
 
+#include "data/clean_frame.h"
 #include "geometry/units.h"
-#include "lines/constants.h"
+#include "imu/preintegration.h"
 
 namespace slim_init {
 namespace {
 
-using namespace lines_constants;  // NOLINT: the constants of this module
+// The longest lines of a keyframe, of which every two give a direction to vote for. Of a direction
+// that a fifth of the lines share eight are among them.
+constexpr int kIntersectedLines = 40;
+// Rounds of selecting inliers and fitting. Two suffice as a rule, the set then repeats itself.
+constexpr int kMaxRounds = 4;
+// The direction d is held, across the sphere, by how far the planes differ: least along the second
+// eigenvector v of the mean of w n n^T, whose eigenvalue l2 is the mean square of n . v. Against
+// it stand the mean square error of n . d and of n . v, as expected from the noise of the end
+// points, and l1, the mean square of what the fit leaves of n . d. At ten times each of them
+// - the standard deviation of d along v, about sqrt(var(n . d) / (m l2)) for m lines, is below
+//   0.32 / sqrt(m) rad, small enough for the first order on which the
+//   covariance rests, and
+// - at most a tenth of l2 is noise that poses as conditioning. Below, the planes are one bundle of
+// near-parallel image lines and d lies anywhere along v.
+constexpr double kMinDetermination = 10.0;
+// The same for noise-free input: planes that differ by less differ by nothing an image can show.
+constexpr double kMinPlaneSpread = kSmallestAngle * kSmallestAngle;  // [rad^2]
 
 // ------------------------------------------------------------------------------------------------
 // Voting.
@@ -78,7 +95,8 @@ double errorAmplification(const WindowLine& line, const Eigen::Vector3d& d) {
   const double d_e = d.dot(line.end_bearing);
   const double a_numerator = d_s - cosine * d_e;
   const double b_numerator = d_e - cosine * d_s;
-  const double squared_sine = std::max((1.0 - cosine) * (1.0 + cosine), kMinSquaredSine);
+  const double squared_sine =
+      std::max((1.0 - cosine) * (1.0 + cosine), kMinLineAngle * kMinLineAngle);
   return (a_numerator * a_numerator + b_numerator * b_numerator) / (squared_sine * squared_sine);
 }
 
@@ -145,6 +163,21 @@ Eigen::Matrix3d covarianceOfDirection(const std::vector<WindowLine>& lines,
   return gain * b * gain.transpose();
 }
 
+// The axis nearest to `direction`, up to sign, that is within the threshold; -1 if none is.
+int nearestAxis(const std::vector<Eigen::Vector3d>& axes_c0, const Eigen::Vector3d& direction_c0,
+                double cos_threshold) {
+  int nearest = -1;
+  double largest_cosine = cos_threshold;
+  for (std::size_t axis = 0; axis < axes_c0.size(); ++axis) {
+    const double cosine = std::abs(axes_c0[axis].dot(direction_c0));
+    if (cosine >= largest_cosine && (nearest < 0 || cosine > largest_cosine)) {
+      nearest = static_cast<int>(axis);
+      largest_cosine = cosine;
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
 VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, double sigma_line_rad,
@@ -182,6 +215,48 @@ VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, doub
   vp.covariance = covarianceOfDirection(lines, inliers, scatter, sigma_line_rad);
   vp.inliers = std::move(inliers);
   return vp;
+}
+
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
+                                                 const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                 const VanishingPointOptions& options) {
+  std::vector<VanishingPoint> vps(static_cast<std::size_t>(window.size()));
+  if (R_c0_ck.size() != vps.size()) return vps;
+  const double sigma_line_rad = window.calibration().sigmaLine();
+  const double cos_threshold = std::cos(options.match_threshold_deg / kDegPerRad);
+
+  std::vector<Eigen::Vector3d> axes_c0;  // last observation of each id, the index being the id
+  for (int k = 0; k < window.size(); ++k) {
+    VanishingPoint& vp = vps[k];
+    vp = estimateVanishingPoint(window.linesOfKeyframe(k), sigma_line_rad, options);
+    if (!vp.found) continue;
+    const Eigen::Vector3d direction_c0 = R_c0_ck[k] * vp.direction;
+
+    // The axis of the keyframe before comes first: its prediction is the freshest.
+    const int previous_id = k > 0 ? vps[k - 1].track_id : -1;
+    if (previous_id >= 0 && std::abs(axes_c0[previous_id].dot(direction_c0)) >= cos_threshold) {
+      vp.track_id = previous_id;
+      vp.age = vps[k - 1].age + 1;
+    } else {
+      vp.track_id = nearestAxis(axes_c0, direction_c0, cos_threshold);
+      vp.age = 1;
+    }
+    if (vp.track_id < 0) {
+      vp.track_id = static_cast<int>(axes_c0.size());
+      axes_c0.push_back(direction_c0);
+    } else {
+      axes_c0[vp.track_id] = direction_c0;
+    }
+  }
+  return vps;
+}
+
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
+                                                 const VanishingPointOptions& options) {
+  const std::vector<Preintegration> predicted = preintegrateWindow(
+      window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+  return trackVanishingPoints(
+      window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c), options);
 }
 
 }  // namespace slim_init

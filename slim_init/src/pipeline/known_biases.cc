@@ -1,42 +1,24 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/known_biases.h"
-
 #include <Eigen/Core>
-#include <limits>
 
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
 #include "estimation/constants.h"
 #include "estimation/state_factor.h"
+#include "pipeline/answers.h"
 #include "pipeline/solver_support.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::infinity();
-
-// What is known beyond the priors: the rest of it is zero.
-ImuBiases usefulBiases(ImuBiases known, const InertialOptions& priors) {
-  if (!(known.gyro_sigma < priors.gyro_bias_prior)) {
-    known.gyro.setZero();
-    known.gyro_sigma = kNothing;
+// Whether a bias is known beyond its prior, which is then that of the knowledge; else it is zero.
+bool takesPlaceOf(double* prior, double sigma, Eigen::Vector3d* bias) {
+  if (sigma < *prior) {
+    *prior = sigma;
+    return true;
   }
-  if (!(known.accel_sigma < priors.accel_bias_prior)) {
-    known.accel.setZero();
-    known.accel_sigma = kNothing;
-  }
-  return known;
-}
-
-bool isEmpty(const ImuBiases& known) {
-  return known.gyro_sigma == kNothing && known.accel_sigma == kNothing;
-}
-
-InitializerOptions withPriors(InitializerOptions options, const ImuBiases& known) {
-  InertialOptions& inertial = options.inertial;
-  if (known.gyro_sigma != kNothing) inertial.gyro_bias_prior = known.gyro_sigma;
-  if (known.accel_sigma != kNothing) inertial.accel_bias_prior = known.accel_sigma;
-  return options;
+  bias->setZero();
+  return false;
 }
 
 // Parts that were not computed stay so: NaN.
@@ -52,7 +34,6 @@ void addBiases(const ImuBiases& known, InitResult* result) {
 // `result`: of the biases that are left, about zero; with a covariance.
 bool contradicts(const InitResult& result, const InertialOptions& priors) {
   using namespace estimation_constants;  // NOLINT: of the test of a known state
-  constexpr int kGyro = 5, kAccel = 8;   // rows of StateVector
   StateVector sigma;
   sigma << Eigen::Vector3d::Constant(kUnknown[0]), Eigen::Vector2d::Constant(kUnknown[1]),
       Eigen::Vector3d::Constant(priors.gyro_bias_prior),
@@ -61,8 +42,7 @@ bool contradicts(const InitResult& result, const InertialOptions& priors) {
   StateCovariance posterior = prior;
   posterior.bottomRightCorner<6, 6>() = result.covariance.bottomRightCorner<6, 6>();
   StateVector moved = StateVector::Zero();
-  moved.segment<3>(kGyro) = result.gyro_bias;
-  moved.segment<3>(kAccel) = result.accel_bias;
+  moved.tail<6>() << result.gyro_bias, result.accel_bias;
   return testState(moved, prior, posterior).contradicts();
 }
 
@@ -72,9 +52,12 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
                                   WorkBudget* budget,
                                   InitResult (*solve)(const InitWindow&, const InitializerOptions&,
                                                       WorkBudget*)) {
-  const ImuBiases known = usefulBiases(window.calibration().imu_biases, options.inertial);
-  if (isEmpty(known)) return solve(window, options, budget);
-  const InitializerOptions with_priors = withPriors(options, known);
+  ImuBiases known = window.calibration().imu_biases;
+  InitializerOptions with_priors = options;
+  InertialOptions& priors = with_priors.inertial;
+  const bool gyro = takesPlaceOf(&priors.gyro_bias_prior, known.gyro_sigma, &known.gyro);
+  const bool accel = takesPlaceOf(&priors.accel_bias_prior, known.accel_sigma, &known.accel);
+  if (!gyro && !accel) return solve(window, options, budget);
   InitResult result = solve(*withoutBiases(window, known), with_priors, budget);
   const bool contradicted = result.hasEstimate() && result.covariance.size() > 0 &&
                             contradicts(result, with_priors.inertial);

@@ -10,7 +10,7 @@
 #include "estimation/refine_window.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
-#include "lines/line_agreement.h"
+#include "lines/line_track.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 

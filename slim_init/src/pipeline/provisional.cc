@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/provisional.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +6,7 @@
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
+#include "pipeline/answers.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
 #include "scale/starting_states.h"
@@ -18,43 +17,25 @@
 namespace slim_init {
 namespace {
 
-// ---- Most probable scale
-
-/// The linear dependence of the states on the scale is good up to here [log scale].
-constexpr double kNear = 0.2;
-constexpr int kRefinements = 2;
-
-// ---- Agreement
-
+constexpr int kRefinements = 2;  // of the most probable scale
 /// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
 /// hundred and more, right ones of so few images not always within three.
 constexpr double kMaxDisagreement = 50.0;
 /// An estimated td moves the instants of the same image by less than this [s].
 constexpr double kSameInstant = 0.01;
 
-std::vector<GateValue> gatesOf(const InitWindow& seen, const InitWindow& tracks,
-                               const ProvisionalEstimate& estimate,
-                               const InitializerOptions& options, const InitResult& result) {
-  PosteriorMeasures measures =
-      measurePosterior(seen, tracks, estimate.refined, estimate.posterior, nullptr, result.scale);
-  measures.scale_sigma = result.scale_sigma;
-  const NewestSigmas newest = newestSigmas(result);
-  return provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
-                          options.provisional);
-}
-
-void setProvisional(InitResult* result) {
-  const NewestSigmas newest = newestSigmas(*result);
-  fail(InitStatus::kProvisional,
-       roundedText(2, "standard deviations: velocity ", newest.velocity, " m/s, tilt ",
-                   newest.tilt_deg, " deg, scale ", 100.0 * result->scale_sigma, " %"),
-       result);
-}
-
 // Whether a gate refuses; all are enforced here.
 bool refusedByGates(GateMode mode, InitResult* result) {
   decide(mode != GateMode::kOff, result);
   return !result->success();
+}
+
+// The newest state and its covariance.
+StateFactor newestState(const InitResult& result) {
+  StatePrior newest;
+  newest.state = result.states.back();
+  newest.covariance = result.stateCovariance(result.states.size() - 1);
+  return stateFactor(newest);
 }
 
 }  // namespace
@@ -84,7 +65,10 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
     out.scale = integrateScale(
         ScaleCost(out.refined, pre, input.tracks.calibration(), options.inertial, motion));
     out.valid = out.scale.valid;
-    if (!out.valid || round == kRefinements || std::abs(out.scale.log_best) < kNear) break;
+    if (!out.valid || round == kRefinements ||
+        std::abs(out.scale.log_best) < ScaleProfile::kSameBasin) {
+      break;
+    }
     if (!input.budget.allows("the search of the most probable scale")) break;
     const double ratio = std::exp(out.scale.log_best);
     WindowState other = state;
@@ -120,18 +104,6 @@ void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResul
                         posterior.by_scale * posterior.by_scale.transpose();
 }
 
-namespace {
-
-// The newest state and its covariance.
-StateFactor newestState(const InitResult& result) {
-  StatePrior newest;
-  newest.state = result.states.back();
-  newest.covariance = result.stateCovariance(result.states.size() - 1);
-  return stateFactor(newest);
-}
-
-}  // namespace
-
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
   if (result.states.empty()) return out;
@@ -164,9 +136,9 @@ bool agrees(const InitResult& earlier, const InitResult& now) {
 // The stages of Slim::solve() up to the starts.
 InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options,
                              WorkBudget* budget) {
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (!startResult(window, &result)) return result;
   const RotationStage rotation = estimateRotations(window, options, budget);
   if (!acceptRotations(rotation, &result)) return result;
   const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
@@ -185,10 +157,8 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   clock.lap("translation");
 
   ProvisionalEstimate estimate;
-  std::optional<WindowState> start;
-  if (translation.valid) {
-    start = startingState(tracks, pre, translation, options.inertial);
-  }
+  const std::optional<WindowState> start =
+      translation.valid ? startingState(tracks, pre, translation, options.inertial) : std::nullopt;
   if (start) {
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
     estimate = estimateProvisional(
@@ -197,17 +167,27 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   }
   clock.lap("refinement");
 
+  NewestSigmas newest;
   if (estimate.valid) {
     setEstimate(tracks, estimate.refined, estimate.posterior, &result);
     moveToMean(estimate.scale, estimate.posterior, &result);
+    newest = newestSigmas(result);
     appendGates(calibrationGates(window.calibration(), *result.calibration, options.gates),
                 &result);
-    appendGates(gatesOf(seen, tracks, estimate, options, result), &result);
+    PosteriorMeasures measures =
+        measurePosterior(seen, tracks, estimate.refined, estimate.posterior, nullptr, result.scale);
+    measures.scale_sigma = result.scale_sigma;
+    appendGates(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
+                                 options.provisional),
+                &result);
   }
   if (!refusedByGates(options.gates.mode, &result) && !estimate.valid) {
     fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);
   } else if (result.success()) {
-    setProvisional(&result);
+    fail(InitStatus::kProvisional,
+         roundedText(2, "standard deviations: velocity ", newest.velocity, " m/s, tilt ",
+                     newest.tilt_deg, " deg, scale ", 100.0 * result.scale_sigma, " %"),
+         &result);
   }
   failAtLimit(budget, &result);
   keepObservable(pre, R_b0_bk, G, &result);

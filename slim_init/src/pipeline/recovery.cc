@@ -1,20 +1,17 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/recovery.h"
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
 
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
 #include "estimation/refine_window.h"
 #include "estimation/state_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
+#include "pipeline/answers.h"
 #include "pipeline/minimum_search.h"
-#include "pipeline/move_to_frame.h"
-#include "pipeline/provisional.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
 #include "scale/reverse_alignment.h"
@@ -34,15 +31,6 @@ constexpr double kTiltSigmaDeg = 1.5;
 /// zero.
 constexpr double kTolerance = 1e-4;
 constexpr int kMaxIterations = 30;
-
-// The window through the extrinsics that the prior brings, and its td if the body has stood.
-std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
-                                                     const StatePrior& prior) {
-  if (!prior.calibration.has_value()) return unowned(window);
-  CalibrationEstimate extrinsics = *prior.calibration;
-  if (!prior.at_rest) extrinsics.covariance(6, 6) = 0.0;  // its time is with the host's td
-  return withCalibration(window, withFound(window.calibration(), extrinsics));
-}
 
 // Errors of the rows of the known state by those of the estimate, and their covariance there.
 struct KnownState {
@@ -96,85 +84,54 @@ struct Recovery {
   bool valid = false;
 };
 
-class Refiner {
- public:
-  Refiner(const InitWindow& tracks, const IntegratedWindow& integrated,
-          const RotationStage& rotation, const InitializerOptions& options, WorkBudget* budget)
-      : tracks_(tracks),
-        integrated_(integrated),
-        rotation_(rotation),
-        options_(options),
-        budget_(*budget) {}
-
-  // `min_parallax_px`: below it points are directions.
-  Recovery run(const StateFactor& known, double min_parallax_px, InitResult* result) {
-    Recovery out;
-    out.factor = known;
-    out.factor.points_at_infinity = !(integrated_.motion.parallax_px >= min_parallax_px);
-    WindowState start =
-        deadReckoned(known, integrated_.pre, tracks_.calibration().gravity_magnitude);
-    for (;;) {
-      if (!refine(start, &out)) return out;
-      if (result->prior_dropped.size() == kStateParts) break;
-      const StateTest test =
-          testState(out.known.residual.r, out.factor.covariance, out.known.posterior);
-      if (!test.contradicts()) break;
-      const StatePart part = worstPart(test);
-      const std::string name = toString(part);
-      // Dropped already: what is left is not this state's fault.
-      if (std::count(result->prior_dropped.begin(), result->prior_dropped.end(), name) > 0) break;
-      result->prior_dropped.push_back(name);
-      out.factor.covariance = without(out.factor.covariance, part);
-      start = out.refined.state;
-    }
-    out.valid = true;
-    return out;
-  }
-
- private:
-  bool refine(const WindowState& start, Recovery* out) {
-    out->refined = refineFrom(start, out->factor);
-    if (!out->refined.valid || out->refined.chi2 > options_.refinement.suspicious_chi2) {
-      // The known state may have led astray: a start of the window's own. The lowest cost wins.
-      const std::optional<WindowState>& own = ownStart();
-      if (own && budget_.allows("a start of the window's own")) {
-        const RefinedWindow other = refineFrom(*own, out->factor);
-        if (other.valid && (!out->refined.valid || other.cost < out->refined.cost)) {
-          out->refined = other;
+Recovery refineWithPrior(const RefinementInput& input, const StateFactor& known,
+                         InitResult* result) {
+  Recovery out;
+  out.factor = known;
+  const auto refineFrom = [&](const WindowState& start) {
+    return refineWindow({input.tracks,
+                         input.pre,
+                         input.options,
+                         input.inertial,
+                         input.budget,
+                         {input.priors.rig, std::nullopt, out.factor}},
+                        {}, start, StartMode::kFine);
+  };
+  WindowState start = deadReckoned(known, input.pre, input.tracks.calibration().gravity_magnitude);
+  // The window's own, the same however many parts of the state are dropped.
+  std::optional<WindowState> own;
+  bool has_own = false;
+  for (;;) {
+    out.refined = refineFrom(start);
+    if (!out.refined.valid || out.refined.chi2 > input.options.suspicious_chi2) {
+      // The known state may have led astray. The lowest cost wins.
+      if (!has_own) own = inertialStartingState(input.tracks, input.pre, input.inertial);
+      has_own = true;
+      if (own && input.budget.allows("a start of the window's own")) {
+        const RefinedWindow other = refineFrom(*own);
+        if (other.valid && (!out.refined.valid || other.cost < out.refined.cost)) {
+          out.refined = other;
         }
       }
     }
-    return out->refined.valid && knownStateOf(tracks_, out->refined, out->factor, &out->known);
+    if (!out.refined.valid || !knownStateOf(input.tracks, out.refined, out.factor, &out.known)) {
+      return out;
+    }
+    if (result->prior_dropped.size() == kStateParts) break;
+    const StateTest test =
+        testState(out.known.residual.r, out.factor.covariance, out.known.posterior);
+    if (!test.contradicts()) break;
+    const StatePart part = worstPart(test);
+    const std::string name = toString(part);
+    // Dropped already: what is left is not this state's fault.
+    if (std::count(result->prior_dropped.begin(), result->prior_dropped.end(), name) > 0) break;
+    result->prior_dropped.push_back(name);
+    out.factor.covariance = without(out.factor.covariance, part);
+    start = out.refined.state;
   }
-
-  RefinedWindow refineFrom(const WindowState& start, const StateFactor& known) const {
-    RefinementOptions refinement = options_.refinement;
-    refinement.tolerance = std::min(refinement.tolerance, kTolerance);
-    refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
-    return refineWindow({tracks_,
-                         integrated_.pre,
-                         refinement,
-                         options_.inertial,
-                         budget_,
-                         {rotation_.prior, std::nullopt, known}},
-                        {}, start, StartMode::kFine);
-  }
-
-  // The same however many parts of the state are dropped.
-  const std::optional<WindowState>& ownStart() {
-    if (!has_own_) own_ = inertialStartingState(tracks_, integrated_.pre, options_.inertial);
-    has_own_ = true;
-    return own_;
-  }
-
-  const InitWindow& tracks_;
-  const IntegratedWindow& integrated_;
-  const RotationStage& rotation_;
-  const InitializerOptions& options_;
-  WorkBudget& budget_;
-  bool has_own_ = false;
-  std::optional<WindowState> own_;
-};
+  out.valid = true;
+  return out;
+}
 
 // Gates on what a host goes on with; how the scale is known is in the velocity.
 std::vector<GateValue> recoveryGates(const PosteriorMeasures& measures, const InitResult& result,
@@ -212,32 +169,29 @@ void setMessage(InitResult* result) {
   if (!dropped.empty()) result->message += "; the data contradict its " + list(dropped);
 }
 
-// Why the window cannot be solved with this prior, or "".
-std::string checkPrior(const InitWindow& window, const StatePrior& prior,
-                       const StateFactor& known) {
-  if (std::string problem = prior.validate(); !problem.empty()) return problem;
-  if (!isPositiveDefinite(known.covariance)) {
-    return "the covariance of the last healthy state is not positive definite in velocity, tilt "
-           "and biases";
-  }
-  if (!(std::abs(prior.state.t - window.times().front()) < kStampRounding)) {
-    return "the last healthy state is not that of the first keyframe";
-  }
-  return "";
-}
-
-// The window through the calibration of the prior; null, with status and message set, where they
-// cannot be solved together.
+// The window through the extrinsics that the prior brings, and its td if the body has stood; null,
+// with status and message set, where they cannot be solved together.
 std::shared_ptr<const InitWindow> windowOfPrior(const InitWindow& window, const StatePrior& prior,
                                                 const StateFactor& known, InitResult* result) {
-  std::string problem = checkPrior(window, prior, known);
-  std::shared_ptr<const InitWindow> through;
-  if (problem.empty()) through = throughCalibration(window, prior);
-  if (through == nullptr && problem.empty()) {
-    problem = "the calibration of the last healthy state is not valid";
+  std::shared_ptr<const InitWindow> through = unowned(window);
+  std::string problem;
+  if (const std::string invalid = prior.validate(); !invalid.empty()) {
+    problem = invalid;
+  } else if (!isPositiveDefinite(known.covariance)) {
+    problem =
+        "the covariance of the last healthy state is not positive definite in velocity, tilt and "
+        "biases";
+  } else if (!(std::abs(prior.state.t - window.times().front()) < kStampRounding)) {
+    problem = "the last healthy state is not that of the first keyframe";
+  } else if (prior.calibration.has_value()) {
+    CalibrationEstimate extrinsics = *prior.calibration;
+    if (!prior.at_rest) extrinsics.covariance(6, 6) = 0.0;  // its time is with the host's td
+    through = withCalibration(window, withFound(window.calibration(), extrinsics));
+    if (through == nullptr) problem = "the calibration of the last healthy state is not valid";
   }
-  if (!problem.empty()) fail(InitStatus::kInvalidInput, problem, result);
-  return through;
+  if (problem.empty()) return through;
+  fail(InitStatus::kInvalidInput, problem, result);
+  return nullptr;
 }
 
 // Gates and status. A start answers for its scale and its calibration, `handed_in` null otherwise;
@@ -264,10 +218,10 @@ void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& mo
 
 InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
                            const InitializerOptions& options, WorkBudget* budget) {
-  InitResult result = startResult(window);
+  InitResult result;
   StageClock clock(&result);
-  if (!hasEnoughKeyframes(window, &result)) return result;
-  const StateFactor known = stateFactor(prior);
+  if (!startResult(window, &result)) return result;
+  StateFactor known = stateFactor(prior);
   const std::shared_ptr<const InitWindow> through = windowOfPrior(window, prior, known, &result);
   if (through == nullptr) return result;
 
@@ -276,7 +230,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   const RotationStage rotation =
       estimateRotations(*through, options, budget,
                         prior.at_rest ? GivenCalibration::kReplaced : GivenCalibration::kKept);
-  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
+  setTrackNoise(rotation, &result);
   if (prior.at_rest && !rotation.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
     return result;
@@ -286,10 +240,16 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
 
   const IntegratedWindow integrated = integrateWindow(tracks, known.gyro_bias, known.accel_bias,
                                                       assumedImuNoise(tracks, options.inertial));
-  const double min_parallax_px =
-      prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px;
-  const Recovery recovery =
-      Refiner(tracks, integrated, rotation, options, budget).run(known, min_parallax_px, &result);
+  RefinementOptions refinement = options.refinement;
+  refinement.tolerance = std::min(refinement.tolerance, kTolerance);
+  refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
+  // With less parallax points are directions.
+  known.points_at_infinity =
+      !(integrated.motion.parallax_px >=
+        (prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px));
+  const Recovery recovery = refineWithPrior(
+      {tracks, integrated.pre, refinement, options.inertial, *budget, {rotation.prior}}, known,
+      &result);
   clock.lap("refinement");
   const Posterior posterior = recovery.valid ? posteriorOf(tracks, recovery.refined) : Posterior();
   if (!posterior.valid) {

@@ -6,20 +6,21 @@
 #include <cmath>
 #include <string>
 
-#include "data/with_calibration.h"
-#include "data/with_observations.h"
-#include "geometry/robust_weight.h"
+#include "data/derived_window.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "pipeline/solver_support.h"
 #include "rotation/constants.h"
 #include "rotation/extrinsic_rotation.h"
-#include "rotation/static_tracks.h"
+#include "rotation/track_pruning.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
+
+using rotation_constants::kLargestReadout;
 
 // With a calibration this near, in standard deviations of what the rotations say of it, they need
 // not be solved again, nor where it is nearer than these: the estimation is linear there.
@@ -31,11 +32,13 @@ constexpr int kMaxRounds = 4;
 // The same of a readout time [s], or of its share.
 constexpr double kNearReadout = 2e-3;
 constexpr double kNearReadoutShare = 0.25;
-// Share of the cameras whose readout time is not the one given, and how long it may be [s].
+// Share of the cameras whose readout time is not the one given.
 constexpr double kWrongReadout = 0.1;
-constexpr double kLargestReadout = 0.04;
 // Up to this probability it is taken as given: to estimate it costs a column of the equations.
 constexpr double kHardlyWrong = 0.03;
+// A noise of the tracks within this factor of the one assumed changes hardly a weight. Beyond, what
+// a window is granted at most is exceeded, or sigma_px of the file: the tracks are called noisy.
+constexpr double kNoisyTracks = 1.3;
 // Most noise that a window may be granted [px]: above, tracks are bad whatever their statistics
 // are. Below Calibration::kTypicalSigmaPx what rotations and IMU get wrong counts for as much.
 constexpr double kMostSigmaPx = 2.5;
@@ -267,17 +270,31 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   return stage;
 }
 
+void setTrackNoise(const RotationStage& stage, InitResult* result) {
+  const double measured = stage.measured_sigma_px;
+  const double assumed = stage.window->calibration().pointSigmaPx();
+  result->track_noise = {measured, assumed};
+  if (!(measured > kNoisyTracks * assumed)) return;
+  result->warnings.push_back(
+      roundedText(2, "point tracks have a noise of ", measured, " px, ", assumed,
+                  " px is assumed: blur, dim images, or an incorrect camera model"));
+}
+
 bool acceptRotations(const RotationStage& stage, InitResult* result) {
   if (!stage.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, stage.message, result);
     return false;
   }
   const RobustBias& bias = stage.bias;
-  setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
+  setTrackNoise(stage, result);
   if (bias.valid()) {
     result->gyro_bias = bias.gyro_bias;
-    appendStaticTracksWarning(stage.static_tracks,
-                              static_cast<int>(stage.window->pointTracks().size()), result);
+    if (stage.static_tracks == 0) return true;
+    result->warnings.push_back(text(
+        stage.static_tracks, " of ", stage.static_tracks + stage.window->pointTracks().size(),
+        " point tracks are static in the image while the camera turns and are not used (a part of"
+        " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
+        " the key mask, the back end uses these tracks too"));
     return true;
   }
   std::string message = text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",

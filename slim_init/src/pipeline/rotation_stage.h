@@ -6,9 +6,8 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "estimation/rig_model.h"
+#include "estimation/inertial_factor.h"
 #include "rotation/calibration_check.h"
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
@@ -51,6 +50,9 @@ enum class GivenCalibration { kReplaced, kKept };
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
                                 WorkBudget* budget,
                                 GivenCalibration given = GivenCalibration::kReplaced);
+
+/// InitResult::track_noise, with a warning where the measured noise is above what may be assumed.
+void setTrackNoise(const RotationStage& stage, InitResult* result);
 
 /// Sets the bias, and reports on the tracks. False, with status and message set, where there is no
 /// bias.

@@ -6,18 +6,19 @@
 #include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
-#include "geometry/units.h"
 #include "slim_init/text.h"
 #include "verdict/constants.h"
 
 namespace slim_init {
-InitResult startResult(const InitWindow& window) {
-  InitResult result;
-  result.counts.keyframes = window.size();
-  result.counts.point_tracks = static_cast<int>(window.pointTracks().size());
-  result.counts.line_tracks = static_cast<int>(window.lineTracks().size());
-  result.counts.line_observations = static_cast<int>(window.lineObservations().size());
-  return result;
+
+bool startResult(const InitWindow& window, InitResult* result) {
+  result->counts = {window.size(), static_cast<int>(window.pointTracks().size()),
+                    static_cast<int>(window.lineTracks().size()),
+                    static_cast<int>(window.lineObservations().size())};
+  if (window.size() >= kMinKeyframes) return true;
+  fail(InitStatus::kTooFewKeyframes,
+       text("window holds ", window.size(), " keyframes (minimum ", kMinKeyframes, ")"), result);
+  return false;
 }
 
 void fail(InitStatus status, const std::string& message, InitResult* result) {
@@ -35,13 +36,6 @@ void failAtLimit(WorkBudget* budget, InitResult* result) {
 
 void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
   result->gates.insert(result->gates.end(), gates.begin(), gates.end());
-}
-
-bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
-  if (window.size() >= kMinKeyframes) return true;
-  fail(InitStatus::kTooFewKeyframes,
-       text("window holds ", window.size(), " keyframes (minimum ", kMinKeyframes, ")"), result);
-  return false;
 }
 
 MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
@@ -139,6 +133,14 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
                                   InitWindow::kMaxSpeedGap, " s"));
 }
 
+// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it
+// is well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
+Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b) {
+  const Eigen::Matrix3d M = R_a * R_b.transpose();
+  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
+  return expSO3(Eigen::Vector3d(0.0, 0.0, yaw));
+}
+
 }  // namespace
 
 void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
@@ -148,50 +150,6 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
   result->calibration = calibrationEstimate(calibration, refined.state.rig, posterior);
   setSpeeds(window, refined.speeds, result);
   result->covariance = posterior.covariance;
-}
-
-void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
-                               InitResult* result) {
-  const CalibrationSigmas& known = handed_in.sigmas;
-  const auto warn = [result](const char* what, double error, double sigma, double prior,
-                             const char* unit, const char* key) {
-    if (prior == 0.0) return;  // held: its error is one of rounding
-    if (!(error > verdict_constants::kCertainSigmas * std::hypot(sigma, prior))) return;
-    result->warnings.push_back(
-        roundedText(3, what, " is off by ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
-                    "), more than its standard deviation of ", prior, ' ', unit,
-                    " allows: if several windows agree, correct ", key));
-  };
-  if (known.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
-    warn("extrinsic rotation",
-         logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad,
-         found.rotationSigmaDeg(), known.rotation_deg, "deg", "extrinsicRotation");
-  }
-  const double translation_sigma = std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff());
-  warn("extrinsic translation", kMmPerM * (found.t_b_c - handed_in.t_b_c).norm(),
-       kMmPerM * translation_sigma, kMmPerM * known.translation_m, "mm", "extrinsicTranslation");
-  warn("camera-IMU time offset", kMsPerS * std::abs(found.td - handed_in.td),
-       kMsPerS * found.tdSigma(), kMsPerS * known.td_s, "ms", "td");
-  warn("readout time", kMsPerS * std::abs(found.readout_s - handed_in.readout_s),
-       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms",
-       "rolling_shutter and rolling_shutter_tr");
-}
-
-void setTrackNoise(double measured_px, const Calibration& used, InitResult* result) {
-  result->track_noise = {measured_px, used.pointSigmaPx()};
-  if (!(measured_px > kNoisyTracks * used.pointSigmaPx())) return;
-  result->warnings.push_back(
-      roundedText(2, "point tracks have a noise of ", measured_px, " px, ", used.pointSigmaPx(),
-                  " px is assumed: blur, dim images, or an incorrect camera model"));
-}
-
-void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result) {
-  if (static_tracks == 0) return;
-  result->warnings.push_back(text(
-      static_tracks, " of ", static_tracks + tracks,
-      " point tracks are static in the image while the camera turns and are not used (a part of"
-      " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
-      " the key mask, the back end uses these tracks too"));
 }
 
 void keepObservable(const std::vector<Preintegration>& pre,
@@ -211,6 +169,25 @@ void keepObservable(const std::vector<Preintegration>& pre,
   for (std::size_t i = 0; i < pre.size(); ++i) force += R_b0_bk[i] * pre[i].dv;
   result->gravity_b0 = -gravity_magnitude * force.normalized();
   result->gravity_w = Eigen::Vector3d(0.0, 0.0, -gravity_magnitude);
+}
+
+void moveToFrame(const NavState& there, const NavState& here, InitResult* result) {
+  const Eigen::Matrix3d R = yawBetween(there.R_w_b, here.R_w_b);
+  const Eigen::Vector3d t = there.p_w_b - R * here.p_w_b;
+  for (NavState& state : result->states) {
+    state.R_w_b = R * state.R_w_b;
+    state.p_w_b = R * state.p_w_b + t;
+    state.v_w_b = R * state.v_w_b;
+  }
+  // Attitude errors stand on the body side and do not turn; those of p and v do.
+  if (result->covariance.size() == 0) return;
+  Eigen::MatrixXd T =
+      Eigen::MatrixXd::Identity(result->covariance.rows(), result->covariance.cols());
+  for (std::size_t k = 0; k < result->states.size(); ++k) {
+    T.block<3, 3>(9 * k + 3, 9 * k + 3) = R;
+    T.block<3, 3>(9 * k + 6, 9 * k + 6) = R;
+  }
+  result->covariance = T * result->covariance * T.transpose();
 }
 
 }  // namespace slim_init

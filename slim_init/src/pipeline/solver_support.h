@@ -15,15 +15,11 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/types.h"
 #include "slim_init/work_budget.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
-
-/// A noise of the tracks within this factor of the one assumed changes hardly a weight. Beyond,
-/// what a window is granted at most is exceeded, or sigma_px of the file: the tracks are called
-/// noisy.
-inline constexpr double kNoisyTracks = 1.3;
 
 /// Times the stages of a solve: lap("name") closes the stage that ran since the last lap.
 class StageClock {
@@ -42,8 +38,9 @@ class StageClock {
   Clock::time_point last_;
 };
 
-/// A result with nothing but the counts of the window filled in.
-InitResult startResult(const InitWindow& window);
+/// Sets the counts of the window. False, with status and message set, when it has fewer than
+/// kMinKeyframes.
+bool startResult(const InitWindow& window, InitResult* result);
 
 /// Sets status and message.
 void fail(InitStatus status, const std::string& message, InitResult* result);
@@ -54,9 +51,6 @@ void failAtLimit(WorkBudget* budget, InitResult* result);
 
 /// Adds `gates` to those of the result.
 void appendGates(const std::vector<GateValue>& gates, InitResult* result);
-
-/// False, with status and message set, when the window has fewer than kMinKeyframes.
-bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 
 /// The motion as the tracks and `pre` show it, for motionGates().
 MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
@@ -87,18 +81,6 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
 void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
                  InitResult* result);
 
-/// A warning for every part of the calibration `found` that differs from the one handed in by more
-/// than kCertainSigmas of both standard deviations: value, sigma and the key to change.
-void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
-                               InitResult* result);
-
-/// InitResult::track_noise, with a warning where the measured noise is above what may be assumed.
-void setTrackNoise(double measured_px, const Calibration& used, InitResult* result);
-
-/// A warning where `static_tracks` point tracks were taken out (withoutStaticTracks()), beside the
-/// `tracks` that are left: numbers and what to do. None where it is zero.
-void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);
-
 /// A window without translation holds no scale: where the status says so, removes what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
 /// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:
@@ -106,5 +88,10 @@ void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result
 void keepObservable(const std::vector<Preintegration>& pre,
                     const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
                     InitResult* result);
+
+/// Moves `result` so that `here`, the body in its world, agrees with `there`, the body at the same
+/// instant in another gravity-aligned world, in position and in heading. Roll and pitch stay: they
+/// come from gravity.
+void moveToFrame(const NavState& there, const NavState& here, InitResult* result);
 
 }  // namespace slim_init

@@ -5,17 +5,13 @@
 
 #include <cmath>
 #include <iterator>
+#include <vector>
 
 namespace slim_init {
 
 /// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
 /// a residual. The first ones are wide where the start may be wrong.
-struct CutoffSchedule {
-  double cutoff_sigmas[4];
-  int rounds;
-  const double* begin() const { return cutoff_sigmas; }
-  const double* end() const { return cutoff_sigmas + rounds; }
-};
+using CutoffSchedule = std::vector<double>;
 
 namespace rotation_constants {
 
@@ -38,11 +34,8 @@ inline constexpr int kLongGap = 4;
 /// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
 inline constexpr double kRelinearizeTolerance = 1e-3;
 
-// ---- Residuals and baselines (pair_points.h)
+// ---- Residuals and baselines (keyframe_pairs.h)
 
-/// Standard deviations beyond which a residual is a gross error, of whatever kind it is; also the
-/// Cauchy scale of a vanishing-point residual.
-inline constexpr double kOutlierSigmas = 3.0;
 /// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
 /// point nearer to the baseline than this has noise of second order that the weight, of first
 /// order, does not know.
@@ -55,9 +48,9 @@ inline constexpr double kGoodEnough = 1.3;
 /// Prior of the baseline in its elimination, in variances of a bearing: half of one keeps the
 /// Hessian regular where the parallax is of the order of the noise (docs/derivation.md, 1.1).
 inline constexpr double kBaselinePriorSigmas2 = 0.5;
-/// Points, counted by their weight, below which a pair does not determine the rotation: that has
-/// three degrees of freedom and the baseline two.
-inline constexpr double kMinRobustCount = 5.0;
+/// Rotation and direction of travel of a pair, fitted to its points; fewer, counted by their
+/// weight, do not determine them.
+inline constexpr int kPairUnknowns = 5;
 /// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
 /// of the minimisation: they add a third to the time and then little to the bias.
 inline constexpr int kMinKeyframesToSkip = 8;
@@ -91,10 +84,9 @@ inline constexpr double kLargestCorrection = 0.3;
 
 // ---- Check of the calibration (calibration_check.h)
 
-/// Standard deviations before any data: a right angle, half a second and what no gyroscope has.
-inline constexpr double kExtrinsicPrior = M_PI / 2;  // [rad]
-inline constexpr double kTdPrior = 0.5;              // [s]
-inline constexpr double kBiasPrior = 0.5;            // [rad/s]
+/// Standard deviations before any data, of extrinsic rotation, td and gyroscope bias: a right angle
+/// [rad], half a second [s] and what no gyroscope has [rad/s].
+inline constexpr double kCheckPrior[] = {M_PI / 2, 0.5, 0.5};
 /// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
 inline constexpr double kRotationFloor = 1e-3;
 /// Rounds of re-weighting; the weights of a dozen pairs have settled by then.
@@ -102,7 +94,7 @@ inline constexpr int kRounds = 5;
 /// Pairs of three equations for seven unknowns, with one over for a check.
 inline constexpr int kMinPairs = 4;
 
-// ---- Noise of the tracks and readout time (camera_check.h)
+// ---- Noise of the tracks and readout time (calibration_check.h)
 
 /// With fewer residuals their spread is not estimated.
 inline constexpr int kMinNoiseResiduals = 40;
@@ -115,13 +107,12 @@ inline constexpr double kMedianOfSquare = 0.45494;
 /// Factor on the variance of the readout time: a point is in two pairs, and a track that drifts is
 /// wrong in all of them alike.
 inline constexpr double kReadoutInflation = 2.0;
-/// A readout time known to worse than this is not known [s]: they end at 40 ms.
-inline constexpr double kLargestReadoutSigma = 0.02;
+/// The longest readout time of a camera [s]; one that is known to worse than half of it is not
+/// known.
+inline constexpr double kLargestReadout = 0.04;
 
 // ---- Extrinsic rotation from nothing (extrinsic_rotation.h)
 
-/// Largest gap between the keyframes of a pair whose rotation the points see alone.
-inline constexpr int kHandEyeGap = 1;
 /// How well the turns of both sensors agree under the right extrinsic rotation [rad]: a gyroscope
 /// bias of 0.05 rad/s over 0.25 s, an error of td of 30 ms in a rate that changes by 0.5 rad/s.
 inline constexpr double kTurnSigma = 0.02;
@@ -141,7 +132,7 @@ inline constexpr double kAgreementSigmas = 3.5;
 /// Factor on the squared residual that a link over more than kShortGap keyframes may have.
 inline constexpr double kLongLinkInflation = 2.0;
 
-// ---- Static tracks (static_tracks.h)
+// ---- Static tracks (track_pruning.h)
 
 /// Motion of a far point by the rotation alone above which a track that stays in its place stands
 /// in the image and not in the scene [standard deviations of a bearing]: 12 px.
@@ -154,11 +145,11 @@ inline constexpr double kMaxStaticFraction = 0.5;
 // ---- Schedules of re-weighting
 
 /// Start from a bias of zero at short gaps.
-inline constexpr CutoffSchedule kNarrowStart = {{3.0, 3.0}, 2};
+inline const CutoffSchedule kNarrowStart = {3.0, 3.0};
 /// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are
 /// 24 px, what eight degrees of extrinsic rotation make of a quick turn.
-inline constexpr CutoffSchedule kFreeFromClean = {{3.0}, 1};
-inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 10.0, 3.0, 3.0}, 4};
+inline const CutoffSchedule kFreeFromClean = {3.0};
+inline const CutoffSchedule kFreeFromFar = {40.0, 10.0, 3.0, 3.0};
 
 }  // namespace rotation_constants
 // ---- Work (WorkBudget)

@@ -9,7 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
@@ -33,7 +34,7 @@ struct Turn {
 };
 
 std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) {
-  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, kHandEyeGap);
+  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, 1);
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   std::vector<Turn> turns;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -90,7 +91,7 @@ Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
 // calibration is the one found so far.
 std::vector<RotationCorrection> correctionsOf(const InitWindow& window, const KeyframePairs& pairs,
                                               const std::vector<Turn>& turns) {
-  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, kHandEyeGap);
+  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, 1);
   std::vector<RotationCorrection> corrections;
   for (const Turn& turn : turns) {
     const PairRotation& predicted = gyro[turn.pair];
@@ -99,21 +100,6 @@ std::vector<RotationCorrection> correctionsOf(const InitWindow& window, const Ke
                            turn.seen.information, Eigen::Vector3d::Zero()});
   }
   return corrections;
-}
-
-// Error of the rotation alone, with what is known about td before: [rad], and its covariance.
-struct RotationError {
-  Eigen::Vector3d error;
-  Eigen::Matrix3d covariance;
-};
-
-RotationError withTdKnownTo(double td_sigma, const CalibrationCheck& check) {
-  const Eigen::Vector3d with_td = check.covariance.block<3, 1>(0, 3);
-  const double sum = check.covariance(3, 3) + td_sigma * td_sigma;
-  RotationError out;
-  out.error = check.extrinsic_error - with_td * (check.td_error_s / sum);
-  out.covariance = check.covariance.topLeftCorner<3, 3>() - with_td * with_td.transpose() / sum;
-  return out;
 }
 
 // The axis of the camera about which it has turned least, in words, with how to turn about it.
@@ -147,11 +133,16 @@ double refine(const InitWindow& window, const KeyframePairs& pairs, const std::v
     const CalibrationCheck check =
         checkCalibration(*turned, Eigen::Vector3d::Zero(), correctionsOf(*turned, pairs, turns));
     if (!check.valid) break;
-    const RotationError error = withTdKnownTo(window.calibration().sigmas.td_s, check);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(error.covariance);
+    // Of the rotation alone [rad], with what is known about td before.
+    const double td_sigma = window.calibration().sigmas.td_s;
+    const Eigen::Vector3d with_td = check.covariance.block<3, 1>(0, 3);
+    const double sum = check.covariance(3, 3) + td_sigma * td_sigma;
+    const Eigen::Vector3d error = check.extrinsic_error - with_td * (check.td_error_s / sum);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+        check.covariance.topLeftCorner<3, 3>() - with_td * with_td.transpose() / sum);
     sigma_deg = kDegPerRad * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
-    if (!(error.error.norm() < kMaxHandEyeStep)) break;
-    *R_b_c = *R_b_c * expSO3(error.error);
+    if (!(error.norm() < kMaxHandEyeStep)) break;
+    *R_b_c = *R_b_c * expSO3(error);
   }
   return sigma_deg;
 }
@@ -173,7 +164,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
       seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
       if (seen == nullptr) break;
     }
-    const KeyframePairs pairs(*seen, kHandEyeGap);
+    const KeyframePairs pairs(*seen, 1);
     turns = turnsOf(*seen, pairs);
     if (static_cast<int>(turns.size()) < kMinPairs) {
       out.message += text(turns.size(), " keyframe pairs with enough points to measure it",

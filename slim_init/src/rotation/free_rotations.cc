@@ -5,10 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/levenberg_marquardt.h"
-#include "geometry/median.h"
+#include "geometry/minimize.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "rotation/camera_check.h"
+#include "geometry/units.h"
+#include "rotation/calibration_check.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
@@ -16,16 +17,9 @@ namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// Rotation of a pair that its points see, with the direction of travel; unknown: zero.
-struct FreeRotation {
-  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d baseline = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // of delta in R Exp(delta) [1/rad^2]
-};
-
 // Minimum over R near that of `at`, weights fixed.
 void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
-                      FreeRotation* at) {
+                      RelativeRotation* at) {
   const Eigen::Matrix3d R = at->R_ci_cj;
   const auto evaluate = [&](const Eigen::Vector3d& phi) {
     const NormalizedEvaluation there =
@@ -53,7 +47,7 @@ void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_pr
 // From `at` on; false where the points do not determine the rotation. `seed` of the baselines that
 // are drawn.
 bool freeRotation(const PairPoints& points, double sigma, const CutoffSchedule& schedule,
-                  unsigned seed, FreeRotation* at) {
+                  unsigned seed, RelativeRotation* at) {
   const double baseline_prior = kBaselinePriorSigmas2 * sigma * sigma;
   NormalizedEpipolarPair weighted;
   for (const double cutoff : schedule) {
@@ -62,7 +56,7 @@ bool freeRotation(const PairPoints& points, double sigma, const CutoffSchedule& 
           points.consensusBaseline(at->R_ci_cj, sigma, {cutoff}, seed, at->baseline).direction;
     }
     weighted.weigh(points, {}, at->R_ci_cj, at->baseline, sigma, cutoff);
-    if (!(weighted.robustCount() > kMinRobustCount)) return false;
+    if (!(weighted.robustCount() > kPairUnknowns)) return false;
     minimizeRotation(weighted, baseline_prior, at);
     const NormalizedEvaluation minimum =
         weighted.evaluate(at->R_ci_cj, baseline_prior, at->baseline);
@@ -91,10 +85,9 @@ std::vector<Eigen::Matrix3d> startsFor(const PairPoints& points, double flow) {
 }
 
 // Robust standard deviation of a bearing across its epipolar plane [rad].
-double spread(const PairPoints& points, const FreeRotation& at) {
-  constexpr double kMinSigma = 1e-4;  // a twentieth of a pixel; no tracker is better
+double spread(const PairPoints& points, const RelativeRotation& at) {
   const Eigen::ArrayXd z2 = points.residuals(at.R_ci_cj, at.baseline, 1.0).z2;
-  return std::max(std::sqrt(noiseVariance({z2.begin(), z2.end()})), kMinSigma);
+  return std::max(std::sqrt(noiseVariance({z2.begin(), z2.end()})), kSmallestAngle);
 }
 
 }  // namespace
@@ -108,7 +101,9 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
     const KeyframePair& pair = pairs[p];
     if (!pair.use_points || pair.gap() != gap) continue;
     const Eigen::Matrix3d& R_gyro = rotations[p].R_ci_cj;
-    FreeRotation at = {R_gyro, baselines[p]};
+    RelativeRotation at;
+    at.R_ci_cj = R_gyro;
+    at.baseline = baselines[p];
     if (!freeRotation(pair.points, pairs.sigma(), schedule, static_cast<unsigned>(p), &at)) {
       continue;
     }
@@ -126,11 +121,12 @@ bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* 
   if (points.count() < kMinPoints) return false;
   const Eigen::ArrayXd flows =
       (points.bearingsI() - points.bearingsJ()).topRows(points.count()).matrix().rowwise().norm();
-  result->flow = median({flows.begin(), flows.end()});
-  FreeRotation best;
+  const double flow = median({flows.begin(), flows.end()});
+  RelativeRotation best;
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Matrix3d& R : startsFor(points, result->flow)) {
-    FreeRotation at = {R};
+  for (const Eigen::Matrix3d& R : startsFor(points, flow)) {
+    RelativeRotation at;
+    at.R_ci_cj = R;
     if (!freeRotation(points, sigma, kFreeFromFar, 0, &at)) continue;
     const double cost =
         points.consensusBaseline(at.R_ci_cj, sigma, {kOutlierSigmas, 0}, 0, at.baseline).cost;
@@ -143,9 +139,9 @@ bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* 
   for (int round = 0; round < kSpreadRounds; ++round) {
     if (!freeRotation(points, spread(points, best), kFreeFromClean, 0, &best)) return false;
   }
-  result->residual = spread(points, best);
-  result->R_ci_cj = best.R_ci_cj;
-  result->information = best.information;
+  best.residual = spread(points, best);
+  best.flow = flow;
+  *result = best;
   return true;
 }
 

@@ -38,6 +38,7 @@ struct RelativeRotation {
   Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
   /// Of delta in R_ci_cj Exp(delta) [1/rad^2]; the direction of travel is eliminated.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d baseline = Eigen::Vector3d::Zero();  ///< direction of travel in c_i; zero: none
   double residual = 0.0;  ///< robust standard deviation of a bearing across its epipolar plane
   double flow = 0.0;      ///< median angle between the bearings [rad]
 };

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -74,7 +75,7 @@ BaselineConsensus MultiGapProblem::findBaselines(const Eigen::Vector3d& gyro_bia
 void MultiGapProblem::addPoints(std::size_t p, const PairRotation& rotation, double share,
                                 const NormalizedEpipolarPair& weighted, Eigen::Vector3d* baseline,
                                 QuadraticModel<3>* sum) const {
-  if (!pairs_[p].use_points || !(weighted.robustCount() > kMinRobustCount)) return;
+  if (!pairs_[p].use_points || !(weighted.robustCount() > kPairUnknowns)) return;
   const double sigma2 = pairs_.sigma() * pairs_.sigma();
   const NormalizedEvaluation at =
       weighted.evaluate(rotation.R_ci_cj, kBaselinePriorSigmas2 * sigma2, *baseline);
@@ -154,7 +155,7 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
     };
     LevenbergMarquardtOptions options;
     // The weights of the next round move the minimum anyway.
-    const bool last = &cutoff == schedule.end() - 1;
+    const bool last = &cutoff == &schedule.back();
     options.relative_decrease = last ? kCostTolerance : kRoundTolerance;
     const auto lower = [](const QuadraticModel<3>& there, const QuadraticModel<3>& here) {
       return there.cost < here.cost;

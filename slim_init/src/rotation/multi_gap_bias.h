@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "geometry/levenberg_marquardt.h"
+#include "geometry/minimize.h"
 #include "lines/vanishing_point.h"
 #include "rotation/constants.h"
 #include "rotation/keyframe_pairs.h"
@@ -45,7 +45,6 @@ class MultiGapProblem {
                   const InertialOptions& inertial);
 
   const KeyframePairs& pairs() const { return pairs_; }
-  int pointPairs() const { return pairs_.pointPairs(); }
   /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
   /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
   bool enters(const KeyframePair& pair, int max_gap) const;

@@ -13,8 +13,7 @@ namespace {
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 // The six products of a symmetric 3x3 matrix, and where (a, b) is among them.
-constexpr int kRow[6] = {0, 0, 0, 1, 1, 2};
-constexpr int kCol[6] = {0, 1, 2, 1, 2, 2};
+constexpr int kEntry[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 Vector9d vec(const Eigen::Matrix3d& B) { return Eigen::Map<const Vector9d>(B.data()); }
@@ -104,30 +103,29 @@ void NormalizedEpipolarPair::sum(const PairPoints& points) {
   // (f_j (x) f_i)(f_j (x) f_i)^T has 36 different entries, f_i f_i^T times f_j f_j^T. Two points at
   // a time in separate accumulators, so that the compiler may use vector registers without
   // changing the order of additions.
-  constexpr int kGroup = PairPoints::kGroup;
-  double ij[6][6][kGroup] = {};
-  double ii[6][kGroup] = {};
-  double jj[6][kGroup] = {};
-  double w_sum[kGroup] = {};
+  double ij[6][6][PairPoints::kGroup] = {};
+  double ii[6][PairPoints::kGroup] = {};
+  double jj[6][PairPoints::kGroup] = {};
+  double w_sum[PairPoints::kGroup] = {};
   const double* fi[3] = {f_i.col(0).data(), f_i.col(1).data(), f_i.col(2).data()};
   const double* fj[3] = {f_j.col(0).data(), f_j.col(1).data(), f_j.col(2).data()};
   const double* w = weights_.data();
-  for (int k = 0; k < points.count(); k += kGroup) {
-    double a[6][kGroup], b[6][kGroup];
+  for (int k = 0; k < points.count(); k += PairPoints::kGroup) {
+    double a[6][PairPoints::kGroup], b[6][PairPoints::kGroup];
     for (int q = 0; q < 6; ++q) {
-      for (int l = 0; l < kGroup; ++l) {
-        a[q][l] = w[k + l] * fi[kRow[q]][k + l] * fi[kCol[q]][k + l];
-        b[q][l] = fj[kRow[q]][k + l] * fj[kCol[q]][k + l];
+      for (int l = 0; l < PairPoints::kGroup; ++l) {
+        a[q][l] = w[k + l] * fi[kEntry[q][0]][k + l] * fi[kEntry[q][1]][k + l];
+        b[q][l] = fj[kEntry[q][0]][k + l] * fj[kEntry[q][1]][k + l];
       }
     }
     for (int p = 0; p < 6; ++p) {
       for (int q = 0; q < 6; ++q) {
-        for (int l = 0; l < kGroup; ++l) ij[p][q][l] += a[p][l] * b[q][l];
+        for (int l = 0; l < PairPoints::kGroup; ++l) ij[p][q][l] += a[p][l] * b[q][l];
       }
-      for (int l = 0; l < kGroup; ++l) ii[p][l] += a[p][l];
-      for (int l = 0; l < kGroup; ++l) jj[p][l] += w[k + l] * b[p][l];
+      for (int l = 0; l < PairPoints::kGroup; ++l) ii[p][l] += a[p][l];
+      for (int l = 0; l < PairPoints::kGroup; ++l) jj[p][l] += w[k + l] * b[p][l];
     }
-    for (int l = 0; l < kGroup; ++l) w_sum[l] += w[k + l];
+    for (int l = 0; l < PairPoints::kGroup; ++l) w_sum[l] += w[k + l];
   }
   const auto total = [](const double* lanes) { return lanes[0] + lanes[1]; };
   weight_sum_ = total(w_sum);

@@ -10,9 +10,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
-#include "rotation/pair_points.h"
+#include "rotation/keyframe_pairs.h"
 
 namespace slim_init {
 

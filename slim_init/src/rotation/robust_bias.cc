@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/robust.h"
 #include "imu/imu_quality.h"
 #include "rotation/constants.h"
 
@@ -13,9 +14,9 @@ namespace {
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
 // How a first bias is refined, and again where it does not look clean.
-const std::vector<RefinementPass> kQuick = {{1.5, {{4.0}, 1}}, {1.0, {{3.0}, 1}}};
+const std::vector<RefinementPass> kQuick = {{1.5, {4.0}}, {1.0, {3.0}}};
 const std::vector<RefinementPass> kThorough = {
-    {1.5, {{5.0, 3.0}, 2}}, {1.0, {{3.0, 3.0}, 2}}, {1.0, {{3.0, 3.0}, 2}}};
+    {1.5, {5.0, 3.0}}, {1.0, {3.0, 3.0}}, {1.0, {3.0, 3.0}}};
 
 }  // namespace
 
@@ -28,7 +29,7 @@ RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
       problem_(window, vanishing_points, inertial) {
   for (const KeyframePair& pair : problem_.pairs()) points_ += pair.points.count();
   spend(kWorkPerKeyframe * window.size());
-  found_.point_pairs = problem_.pointPairs();
+  found_.point_pairs = problem_.pairs().pointPairs();
 }
 
 void RobustBiasEstimator::spend(double work) {
@@ -45,7 +46,7 @@ void RobustBiasEstimator::minimize(const Eigen::Vector3d& from, int max_gap,
 void RobustBiasEstimator::start() {
   spend(kWorkPerPoint * points_);
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  const ConsensusOptions draw = {*kNarrowStart.begin()};
+  const ConsensusOptions draw = {kNarrowStart.front()};
   minimize(
       zero, kShortGap, kNarrowStart, {},
       problem_.findBaselines(zero, kShortGap, draw, unknownBaselines(problem_.pairs())).baselines);

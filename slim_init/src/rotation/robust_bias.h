@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "lines/vanishing_point.h"
-#include "rotation/camera_check.h"
+#include "rotation/calibration_check.h"
 #include "rotation/free_rotations.h"
 #include "rotation/multi_gap_bias.h"
 #include "rotation/track_pruning.h"

@@ -5,6 +5,9 @@
 #include <array>
 #include <utility>
 
+#include "data/derived_window.h"
+#include "geometry/robust.h"
+#include "imu/preintegration.h"
 #include "rotation/constants.h"
 #include "rotation/normalized_epipolar_pair.h"
 
@@ -13,83 +16,81 @@ namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// Which pairs of observations of a track agree with the motion of the camera, and what follows
-// from it for the observations.
-class LinkTable {
- public:
-  explicit LinkTable(const InitWindow& window);
+enum Link : char { kUntested, kAgrees, kDisagrees };
 
-  // Verdict on the link from observation `a` to that of the same track `gap` keyframes later,
-  // 1 <= gap <= kLongGap.
-  void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
+// Of every observation to those of the same track 0 to kLongGap keyframes later: whether they agree
+// with the motion of the camera.
+using Links = std::vector<std::array<Link, kLongGap + 1>>;
 
-  // Drops what does not agree with the observations before it.
-  TrackPruning prune() const;
-
- private:
-  enum Link : char { kUntested, kAgrees, kDisagrees };
-
-  Link link(int a, int b) const;
-  void pruneTrack(const Track& track, TrackPruning* out) const;
-  bool slides(const Track& track, const TrackPruning& out) const;
-
-  const InitWindow& window_;
-  // By observation and gap.
-  std::vector<std::array<Link, kLongGap + 1>> links_;
-};
-
-LinkTable::LinkTable(const InitWindow& window)
-    : window_(window), links_(window.pointObservations().size()) {
-  for (auto& row : links_) row.fill(kUntested);
-}
-
-LinkTable::Link LinkTable::link(int a, int b) const {
-  const int gap = window_.pointObservations()[b].keyframe - window_.pointObservations()[a].keyframe;
-  return gap <= kLongGap ? links_[a][gap] : kUntested;
+Link linkBetween(const std::vector<WindowPoint>& points, const Links& links, int a, int b) {
+  const int gap = points[b].keyframe - points[a].keyframe;
+  return gap <= kLongGap ? links[a][gap] : kUntested;
 }
 
 // Most of the longest links between what is kept disagree: such a point slides slowly. Nothing is
 // left of a track of a single observation either.
-bool LinkTable::slides(const Track& track, const TrackPruning& out) const {
-  const std::vector<WindowPoint>& s = window_.pointObservations();
+bool slides(const std::vector<WindowPoint>& points, const Links& links, const Track& track,
+            const std::vector<char>& keep) {
   int kept = 0, agree = 0, disagree = 0;
   for (int a = track.begin; a < track.end; ++a) {
-    if (out.keep[a] == kDropObservation) continue;
+    if (keep[a] == kDropObservation) continue;
     ++kept;
-    for (int b = a + 1; b < track.end && s[b].keyframe - s[a].keyframe <= kLongGap; ++b) {
-      if (out.keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kLongGap) continue;
-      agree += link(a, b) == kAgrees ? 1 : 0;
-      disagree += link(a, b) == kDisagrees ? 1 : 0;
+    for (int b = a + 1; b < track.end; ++b) {
+      if (keep[b] == kDropObservation || points[b].keyframe - points[a].keyframe != kLongGap) {
+        continue;
+      }
+      agree += links[a][kLongGap] == kAgrees ? 1 : 0;
+      disagree += links[a][kLongGap] == kDisagrees ? 1 : 0;
     }
   }
   return kept < 2 || disagree > agree;
 }
 
-void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
-  int last = track.begin;  // that is kept
-  for (int b = track.begin + 1; b < track.end; ++b) {
-    const Link step = link(b - 1, b);
-    if (step != kUntested) {
-      ++out->checked;
-      out->inconsistent += step == kDisagrees ? 1 : 0;
+// Drops what does not agree with the observations before it.
+TrackPruning pruneBy(const Links& links, const InitWindow& window) {
+  const std::vector<WindowPoint>& points = window.pointObservations();
+  TrackPruning out;
+  out.keep.assign(points.size(), kKeepObservation);
+  for (const Track& track : window.pointTracks()) {
+    int last = track.begin;  // that is kept
+    for (int b = track.begin + 1; b < track.end; ++b) {
+      const Link step = linkBetween(points, links, b - 1, b);
+      out.checked += step == kUntested ? 0 : 1;
+      out.inconsistent += step == kDisagrees ? 1 : 0;
+      const Link with_last = linkBetween(points, links, last, b);
+      if (with_last == kAgrees || (with_last == kUntested && last == b - 1)) {
+        last = b;
+      } else {
+        out.keep[b] = kDropObservation;
+      }
     }
-    const Link with_last = link(last, b);
-    if (with_last == kAgrees || (with_last == kUntested && last == b - 1)) {
-      last = b;
-    } else {
-      out->keep[b] = kDropObservation;
-    }
+    if (!slides(points, links, track, out.keep)) continue;
+    std::fill_n(out.keep.begin() + track.begin, track.size(), kDropObservation);
   }
-  if (slides(track, *out)) {
-    std::fill(out->keep.begin() + track.begin, out->keep.begin() + track.end, kDropObservation);
-  }
+  return out;
 }
 
-TrackPruning LinkTable::prune() const {
-  TrackPruning out;
-  out.keep.assign(window_.pointObservations().size(), kKeepObservation);
-  for (const Track& track : window_.pointTracks()) pruneTrack(track, &out);
-  return out;
+// No observation of the track is further than `limit` [rad] from their mean.
+bool staysInPlace(const InitWindow& window, const Track& track, double limit) {
+  const WindowPoint* observations = window.pointObservations().data();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (int a = track.begin; a < track.end; ++a) mean += observations[a].bearing;
+  mean /= track.size();
+  return std::all_of(
+      observations + track.begin, observations + track.end,
+      [&](const WindowPoint& s) { return (s.bearing - mean).squaredNorm() < limit * limit; });
+}
+
+// The rotation moves a far point by more than `limit` [rad] after the first observation.
+bool isTurnedAway(const InitWindow& window, const Track& track,
+                  const std::vector<Eigen::Matrix3d>& R_c0_ck, double limit) {
+  const WindowPoint* observations = window.pointObservations().data();
+  const WindowPoint& first = observations[track.begin];
+  const Eigen::Vector3d f_c0 = R_c0_ck[first.keyframe] * first.bearing;
+  return std::any_of(
+      observations + track.begin, observations + track.end, [&](const WindowPoint& s) {
+        return (R_c0_ck[s.keyframe].transpose() * f_c0 - first.bearing).norm() > limit;
+      });
 }
 
 }  // namespace
@@ -101,7 +102,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
   out.baselines = findBaselines(pairs, rotations, kLongGap, consensus, std::move(known)).baselines;
   const double threshold = consensus.truncation_sigmas;
   const Eigen::ArrayXd all_points;
-  LinkTable links(window);
+  Links links(window.pointObservations().size());
   NormalizedEpipolarPair weighted;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const KeyframePair& pair = pairs[p];
@@ -115,11 +116,49 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     const double limit =
         threshold * threshold * (pair.gap() > kShortGap ? kLongLinkInflation : 1.0);
     for (int k = 0; k < pair.points.count(); ++k) {
-      links.set(pair.observation_i[k], pair.gap(), !(residuals.z2[k] > limit));
+      links[pair.observation_i[k]][pair.gap()] = residuals.z2[k] > limit ? kDisagrees : kAgrees;
     }
   }
-  out.tracks = links.prune();
+  out.tracks = pruneBy(links, window);
   return out;
+}
+
+std::vector<char> staticTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias) {
+  const std::vector<Track>& tracks = window.pointTracks();
+  const double sigma = window.calibration().sigmaBearing();
+  std::vector<char> static_tracks(tracks.size());
+  std::transform(tracks.begin(), tracks.end(), static_tracks.begin(), [&](const Track& track) {
+    return staysInPlace(window, track, kOutlierSigmas * sigma);
+  });
+  // Without a look at the gyroscope: in motion hardly a track stays in its place.
+  const auto count = [&] { return std::count(static_tracks.begin(), static_tracks.end(), 1); };
+  if (count() == 0) return static_tracks;
+  const std::vector<Eigen::Matrix3d> R_c0_ck =
+      cameraRotations(chainRotations(preintegrateWindow(window, gyro_bias, Eigen::Vector3d::Zero(),
+                                                        PreintegrationParts::kRotation)),
+                      window.calibration().R_b_c);
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    static_tracks[i] =
+        static_tracks[i] && isTurnedAway(window, tracks[i], R_c0_ck, kTurnedSigmas * sigma);
+  }
+  if (count() > kMaxStaticFraction * tracks.size()) static_tracks.assign(tracks.size(), 0);
+  return static_tracks;
+}
+
+std::shared_ptr<const InitWindow> withoutStaticTracks(const InitWindow& window,
+                                                      const Eigen::Vector3d& gyro_bias,
+                                                      int* static_tracks) {
+  *static_tracks = 0;
+  const std::vector<char> stands = staticTracks(window, gyro_bias);
+  const auto count = std::count(stands.begin(), stands.end(), 1);
+  if (count == 0 || count < kMinStaticFraction * stands.size()) return nullptr;
+  *static_tracks = static_cast<int>(count);
+  std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
+  for (std::size_t i = 0; i < stands.size(); ++i) {
+    const Track& track = window.pointTracks()[i];
+    if (stands[i]) std::fill_n(keep.begin() + track.begin, track.size(), kDropObservation);
+  }
+  return withObservations(window, keep);
 }
 
 }  // namespace slim_init

@@ -6,9 +6,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scale/constants.h"
-
 namespace slim_init {
+namespace {
+
+// With a unit diagonal a pivot below this is rounding: the unknown is not determined.
+constexpr double kMinPivot = 1e-14;
+// Steps on the secular equation: Newton needs a few, the bisection that guards it at most sixty.
+constexpr int kMaxSecularSteps = 100;
+
+}  // namespace
 
 Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d& m, double G) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(S);
@@ -30,7 +36,7 @@ Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d
     double low = tiny;
     double high = h.norm() / G;  // |g(high)| <= |h| / high = G
     double nu = low;
-    for (int i = 0; i < scale_constants::kMaxSecularSteps; ++i) {
+    for (int i = 0; i < kMaxSecularSteps; ++i) {
       const Eigen::Vector3d at = h.array() / (d.array() + nu);
       const double length = at.norm();
       (length > G ? low : high) = nu;
@@ -66,8 +72,7 @@ bool solveFor(const Eigen::Matrix<double, N, N>& H, const Eigen::Matrix<double, 
       scale.asDiagonal() * H.template topLeftCorner<Q, Q>(q, q) * scale.asDiagonal();
   const Eigen::LDLT<Eigen::Matrix<double, Q, Q>> ldlt(A);
   // Input that is not finite fails this test as well.
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > scale_constants::kMinPivot))
-    return false;
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kMinPivot)) return false;
 
   Eigen::Matrix<double, Q, 4> rhs(q, 4);
   rhs.template leftCols<3>() =

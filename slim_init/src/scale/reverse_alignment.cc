@@ -4,14 +4,18 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/golden_section.h"
-#include "scale/constants.h"
+#include "geometry/minimize.h"
 #include "scale/gravity_constrained.h"
 
 namespace slim_init {
 namespace {
 
-using namespace scale_constants;  // NOLINT: the constants of this module
+// Scales searched [m per unit of the shape], up to this and down to its inverse, and points of the
+// logarithmic grid between them.
+constexpr double kMaxScale = 50.0;
+constexpr int kScaleGrid = 36;
+// End of the search [log scale].
+constexpr double kStartTolerance = 1e-5;
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -65,11 +69,12 @@ class ReverseCost {
 // about its lowest point. NaN where the cost is finite nowhere on the grid.
 double bestLogScale(const ReverseCost& cost) {
   Vector9d x;
-  const double step = std::log(kMaxScale / kMinScale) / (kScaleGrid - 1);
+  const double lowest = std::log(1.0 / kMaxScale);
+  const double step = std::log(kMaxScale * kMaxScale) / (kScaleGrid - 1);
   double best_cost = std::numeric_limits<double>::infinity();
   double best = 0.0;
   for (int k = 0; k < kScaleGrid; ++k) {
-    const double log_scale = std::log(kMinScale) + k * step;
+    const double log_scale = lowest + k * step;
     const double value = cost(std::exp(-log_scale), &x);
     if (value < best_cost) {
       best_cost = value;

@@ -41,6 +41,10 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
                           const Eigen::Vector3d& t_b_c);
 
+/// Information that holds the shape along itself (kappa), in units of its mean diagonal: stiff
+/// enough that the rest cannot stretch it, far from what rounding allows.
+inline constexpr double kLengthWeight = 1e3;
+
 /// Solution of the reverse alignment.
 struct ReverseEstimate {
   bool valid = false;

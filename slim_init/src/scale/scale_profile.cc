@@ -7,15 +7,32 @@
 
 #include "estimation/inertial_factor.h"
 #include "geometry/dense.h"
-#include "geometry/golden_section.h"
+#include "geometry/minimize.h"
 #include "geometry/so3.h"
-#include "scale/constants.h"
 #include "scale/gravity_constrained.h"
 
 namespace slim_init {
 namespace {
 
-using namespace scale_constants;  // NOLINT: the constants of this module
+// Scales searched and integrated over: up to this many times larger and smaller. Wrong minima that
+// were accepted lay a factor of 2.4 to 30 away.
+constexpr double kMaxRatio = 32.0;
+// Points of the grid on each side: steps of 0.29 in the log scale, finer than the distance of two
+// minima worth telling apart.
+constexpr int kHalfGrid = 12;
+// First step of the search for the end of the interval [log scale]: half the sigma of a good
+// window.
+constexpr double kFirstStep = 0.01;
+// End of all searches [log scale]: a tenth of the smallest sigma.
+constexpr double kLogScaleTolerance = 2e-3;
+
+// ---- Integral over the scale (integrateScale())
+
+// Points of one pass, and passes: each covers what the one before found the density in.
+constexpr int kIntegralPoints = 32;
+constexpr int kIntegralPasses = 3;
+// Less than this below its largest value the logarithm of the density is nothing.
+constexpr double kNegligible = 12.0;
 
 // Adds the gyroscope's part of one pair to information and gradient of
 // [theta_1 .. theta_{N-1} | q_1 .. q_{N-1} | b_g].

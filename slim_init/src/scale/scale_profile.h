@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estimation/refine_window.h"
-#include "estimation/window_priors.h"
+#include "estimation/state_factor.h"
 #include "imu/preintegration.h"
 #include "scale/reverse_alignment.h"
 #include "slim_init/options.h"
@@ -39,7 +39,8 @@ struct ScaleProfile {
   double sigma() const;
 
   static constexpr double kIntervalRise = 4.0;  ///< two standard deviations [sigma^2]
-  static constexpr double kSameBasin = 0.2;     ///< [log ratio]
+  /// [log ratio]; the linear dependence of the states on the scale is good up to here.
+  static constexpr double kSameBasin = 0.2;
 };
 
 /// The cost as a function of the scale. The visual cost does not depend on it: it is a quadratic

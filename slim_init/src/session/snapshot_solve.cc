@@ -6,11 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
 #include "imu/preintegration.h"
-#include "imu/propagate_prior.h"
-#include "pipeline/move_to_frame.h"
-#include "pipeline/provisional.h"
+#include "pipeline/answers.h"
 #include "pipeline/solver_support.h"
 #include "slim_init/state_at.h"
 #include "slim_init/text.h"
@@ -52,15 +50,11 @@ WindowOptions everyImage(int keyframes) {
   return selection;
 }
 
-// Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
-// interval.
-double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
-  double largest = 0.0;
-  for (std::size_t i = 1; i < imu.size(); ++i) {
-    if (imu[i].t <= t_from || imu[i - 1].t >= t_to) continue;
-    largest = std::max(largest, imu[i].t - imu[i - 1].t);
-  }
-  return largest;
+// The last state not after `t` [s], or else the first.
+std::size_t lastUntil(double t, const std::vector<NavState>& states) {
+  const auto after = std::find_if(states.begin() + 1, states.end(),
+                                  [t](const NavState& state) { return state.t > t; });
+  return after - states.begin() - 1;
 }
 
 // Whether its covariance says how far the estimate may be off: it was accepted, or refused only
@@ -312,10 +306,7 @@ StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {
 // Nothing is contradicted by an estimate that is not known with a covariance.
 StateTest SnapshotSolve::compare(const StatePrior& healthy, const InitResult& alone) const {
   if (!hasCovarianceOfItsErrors(alone)) return StateTest();
-  std::size_t k = 0;
-  for (std::size_t i = 1; i < alone.states.size(); ++i) {
-    if (alone.states[i].t <= healthy.state.t) k = i;
-  }
+  const std::size_t k = lastUntil(healthy.state.t, alone.states);
   StatePrior estimate;
   estimate.state = alone.states[k];
   estimate.covariance = alone.stateCovariance(k);
@@ -353,7 +344,10 @@ InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
 
 // Where the IMU data cannot carry a state over this time, why; or "".
 std::string SnapshotSolve::checkGap(double from, double to) const {
-  const double gap = largestGap(imu_, from, to);
+  double gap = 0.0;
+  for (std::size_t i = 1; i < imu_.size(); ++i) {
+    if (imu_[i].t > from && imu_[i - 1].t < to) gap = std::max(gap, imu_[i].t - imu_[i - 1].t);
+  }
   if (!(gap > window_.options().max_imu_gap_s)) return "";
   return text("gap in the IMU data between the last healthy state and the window ", gap,
               " s (limit ", window_.options().max_imu_gap_s, " s)");
@@ -400,10 +394,7 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
 // first at which both exist.
 void SnapshotSolve::continueFrom(const HealthyState& healthy, InitResult* result) const {
   NavState there = healthy.prior->state;
-  std::size_t k = 0;
-  for (std::size_t i = 1; i < result->states.size(); ++i) {
-    if (result->states[i].t <= there.t) k = i;
-  }
+  const std::size_t k = lastUntil(there.t, result->states);
   NavState here = result->states[k];
   if (healthy.test.contradicts(StatePart::kVelocity) && there.t < here.t) {
     // A wrong velocity would carry the frame away: the new one leads back.

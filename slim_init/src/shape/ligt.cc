@@ -7,6 +7,7 @@
 
 #include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 
 namespace slim_init {
 namespace {
@@ -54,7 +55,7 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
       u.push_back(R_c0_ck[observations[s].keyframe] * observations[s].bearing);
     }
     const BaseViews base = chooseBaseViews(u);
-    if (base.parallax2 <= kMinParallax * kMinParallax) continue;
+    if (base.parallax2 <= kSmallestAngle * kSmallestAngle) continue;
     const int l = observations[track.begin + base.l].keyframe;
     const int r = observations[track.begin + base.r].keyframe;
     for (int a = 0; a < track.size(); ++a) {

@@ -55,14 +55,12 @@ LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r, const Ei
 
 /// Keyframes of a track: two views do not determine the relative scale.
 inline constexpr int kMinTrackLength = 3;
-/// Rotation-compensated parallax of a track [rad].
-inline constexpr double kMinParallax = 1e-4;
 /// Tracks of that length with that parallax that a solution needs.
 inline constexpr int kMinTracks = 8;
 
 /// Solves for the camera centres. `R_c0_ck`: rotation of camera k into the first camera, one per
-/// keyframe. Tracks seen in fewer than kMinTrackLength keyframes or with less than kMinParallax are
-/// left out; with fewer than kMinTracks left, valid == false.
+/// keyframe. Tracks seen in fewer than kMinTrackLength keyframes or with less parallax than
+/// kSmallestAngle are left out; with fewer than kMinTracks left, valid == false.
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck);
 

@@ -3,12 +3,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
-#include "geometry/median.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "scale/scale_profile.h"
@@ -23,6 +24,66 @@ using namespace verdict_constants;  // NOLINT: the constants of this module
 
 // First to last keyframe [s].
 double spanOf(const InitWindow& window) { return window.times().back() - window.times().front(); }
+
+// A part of the calibration found, against the one handed in: in words, error with its standard
+// deviation, and that before any data, infinite where nothing was known.
+struct CalibrationError {
+  const char *what, *unit, *key;
+  double error, sigma, prior;
+};
+
+std::array<CalibrationError, 4> errorsOf(const Calibration& handed_in,
+                                         const CalibrationEstimate& found) {
+  const CalibrationSigmas& known = handed_in.sigmas;
+  const bool unknown = known.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg;
+  const double translation_sigma = std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff());
+  return {{{"extrinsic rotation", "deg", "extrinsicRotation",
+            logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad,
+            found.rotationSigmaDeg(), unknown ? HUGE_VAL : known.rotation_deg},
+           {"extrinsic translation", "mm", "extrinsicTranslation",
+            kPerMilli * (found.t_b_c - handed_in.t_b_c).norm(), kPerMilli * translation_sigma,
+            kPerMilli * known.translation_m},
+           {"camera-IMU time offset", "ms", "td", kPerMilli * (found.td - handed_in.td),
+            kPerMilli * found.tdSigma(), kPerMilli * known.td_s},
+           {"readout time", "ms", "rolling_shutter and rolling_shutter_tr",
+            kPerMilli * (found.readout_s - handed_in.readout_s), kPerMilli * found.readoutSigma(),
+            kPerMilli * known.readout_s}}};
+}
+
+std::string explainOtherScale(const PosteriorMeasures& measures) {
+  std::string baselines;
+  if (std::isfinite(measures.other_scale)) {
+    baselines = roundedText(3, " (mean baseline ", measures.other_scale, " m instead of ",
+                            measures.scale, " m)");
+  }
+  return "another scale" + baselines + " fits nearly as well: cost difference";
+}
+
+std::string explainChi2(const PosteriorMeasures& measures) {
+  const std::string what = "visual chi-square per degree of freedom";
+  if (!std::isfinite(measures.sigma_px)) return what;
+  return what + roundedText(2, " at a track noise of ", measures.sigma_px, " px:");
+}
+
+// Rms angle between the bearings of a keyframe's points and their mean direction, the median over
+// the keyframes with points [deg]. Points in one spot are one point, however many. NaN without any.
+double pointSpreadDeg(const InitWindow& window) {
+  std::vector<Eigen::Vector3d> sum(window.size(), Eigen::Vector3d::Zero());
+  std::vector<int> count(window.size(), 0);
+  for (const WindowPoint& observation : window.pointObservations()) {
+    sum[observation.keyframe] += observation.bearing;
+    ++count[observation.keyframe];
+  }
+  std::vector<double> spreads;
+  for (int k = 0; k < window.size(); ++k) {
+    if (count[k] == 0) continue;
+    // Of unit vectors with mean m, the mean squared chord to m / |m| is 2 (1 - |m|).
+    const double chord2 = 2.0 * (1.0 - sum[k].norm() / count[k]);
+    spreads.push_back(std::sqrt(std::max(chord2, 0.0)) * kDegPerRad);
+  }
+  if (spreads.empty()) return kNotComputed;
+  return median(std::move(spreads));
+}
 
 }  // namespace
 
@@ -84,24 +145,6 @@ double forceDeviation(const std::vector<Preintegration>& pre,
   }
   const Eigen::Vector3d mean = force.rowwise().mean();
   return std::sqrt((force.colwise() - mean).squaredNorm() / static_cast<double>(pre.size()));
-}
-
-double pointSpreadDeg(const InitWindow& window) {
-  std::vector<Eigen::Vector3d> sum(window.size(), Eigen::Vector3d::Zero());
-  std::vector<int> count(window.size(), 0);
-  for (const WindowPoint& observation : window.pointObservations()) {
-    sum[observation.keyframe] += observation.bearing;
-    ++count[observation.keyframe];
-  }
-  std::vector<double> spreads;
-  for (int k = 0; k < window.size(); ++k) {
-    if (count[k] == 0) continue;
-    // Of unit vectors with mean m, the mean squared chord to m / |m| is 2 (1 - |m|).
-    const double chord2 = 2.0 * (1.0 - sum[k].norm() / count[k]);
-    spreads.push_back(std::sqrt(std::max(chord2, 0.0)) * kDegPerRad);
-  }
-  if (spreads.empty()) return kNotComputed;
-  return median(std::move(spreads));
 }
 
 PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,
@@ -170,36 +213,40 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const CalibrationEstimate& found,
                                         const GateOptions& options) {
-  const auto explain = [](const char* what, double error, double sigma, const char* unit) {
-    return roundedText(2, what, " error about ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
-                       "), less ", kCertainSigmas, " sigma:");
+  const auto certain = [](GateName name, const std::string& what, const CalibrationError& of,
+                          double threshold) {
+    return makeGate(
+        name,
+        roundedText(2, what, " error about ", of.error, ' ', of.unit, " (sigma ", of.sigma, ' ',
+                    of.unit, "), less ", kCertainSigmas, " sigma:"),
+        of.unit, atMost(std::max(0.0, std::abs(of.error) - kCertainSigmas * of.sigma), threshold),
+        InitStatus::kInconsistentResiduals);
   };
-  const auto certain = [](double error, double sigma) {
-    return std::max(0.0, error - kCertainSigmas * sigma);
-  };
-  std::vector<GateValue> gates;
-  if (handed_in.sigmas.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
-    const double error = logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad;
-    const double sigma = found.rotationSigmaDeg();
-    gates.push_back(makeGate(GateName::kExtrinsicRotation,
-                             explain("extrinsic rotation", error, sigma, "deg"), "deg",
-                             atMost(certain(error, sigma), options.max_extrinsic_error_deg),
-                             InitStatus::kInconsistentResiduals));
-  } else {
-    gates.push_back(makeGate(GateName::kExtrinsicSigma,
-                             "standard deviation of the unknown extrinsic rotation (also rotate "
-                             "about another axis)",
-                             "deg",
-                             atMost(found.rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
-                             InitStatus::kTooLittleExcitation));
+  const auto [rotation, translation, td, readout] = errorsOf(handed_in, found);
+  const GateValue of_rotation =
+      std::isfinite(rotation.prior)
+          ? certain(GateName::kExtrinsicRotation, rotation.what, rotation,
+                    options.max_extrinsic_error_deg)
+          : makeGate(GateName::kExtrinsicSigma,
+                     "standard deviation of the unknown extrinsic rotation (also rotate about "
+                     "another axis)",
+                     rotation.unit, atMost(rotation.sigma, options.max_extrinsic_sigma_deg),
+                     InitStatus::kTooLittleExcitation);
+  return {of_rotation, certain(GateName::kTimeOffset, td.what + std::string(" td"), td,
+                               kPerMilli * options.max_td_error_s)};
+}
+
+void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+                               InitResult* result) {
+  for (const CalibrationError& of : errorsOf(handed_in, found)) {
+    if (of.prior == 0.0) continue;  // held: its error is one of rounding
+    const double error = std::abs(of.error);
+    if (!(error > kCertainSigmas * std::hypot(of.sigma, of.prior))) continue;
+    result->warnings.push_back(
+        roundedText(3, of.what, " is off by ", error, ' ', of.unit, " (sigma ", of.sigma, ' ',
+                    of.unit, "), more than its standard deviation of ", of.prior, ' ', of.unit,
+                    " allows: if several windows agree, correct ", of.key));
   }
-  const double td_error = kMsPerS * (found.td - handed_in.td);
-  const double td_sigma = kMsPerS * found.tdSigma();
-  gates.push_back(makeGate(
-      GateName::kTimeOffset, explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
-      atMost(certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s),
-      InitStatus::kInconsistentResiduals));
-  return gates;
 }
 
 bool isFull(const InitWindow& window, const WindowOptions& options) {
@@ -216,25 +263,6 @@ GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
   }
   return gates;
 }
-
-namespace {
-
-std::string explainOtherScale(const PosteriorMeasures& measures) {
-  std::string baselines;
-  if (std::isfinite(measures.other_scale)) {
-    baselines = roundedText(3, " (mean baseline ", measures.other_scale, " m instead of ",
-                            measures.scale, " m)");
-  }
-  return "another scale" + baselines + " fits nearly as well: cost difference";
-}
-
-std::string explainChi2(const PosteriorMeasures& measures) {
-  const std::string what = "visual chi-square per degree of freedom";
-  if (!std::isfinite(measures.sigma_px)) return what;
-  return what + roundedText(2, " at a track noise of ", measures.sigma_px, " px:");
-}
-
-}  // namespace
 
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options) {

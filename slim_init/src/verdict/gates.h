@@ -66,6 +66,11 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const CalibrationEstimate& found,
                                         const GateOptions& options);
 
+/// A warning for every part of the calibration `found` that differs from the one handed in by more
+/// than kCertainSigmas of both standard deviations: value, sigma and the key to change.
+void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+                               InitResult* result);
+
 /// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).
 bool isFull(const InitWindow& window, const WindowOptions& options);
 
@@ -82,7 +87,7 @@ struct PosteriorMeasures {
   double inertial_chi2 = kNotComputed;       ///< RefinedWindow::inertial_chi2
   double inlier_fraction = kNotComputed;     ///< of all point observations of the window
   double scale_sigma = kNotComputed;         ///< relative
-  double point_spread_deg = kNotComputed;    ///< see pointSpreadDeg()
+  double point_spread_deg = kNotComputed;    ///< rms angle of the points of a keyframe [deg]
   double scale = kNotComputed;               ///< InitResult::scale [m]
   bool profiled = true;                      ///< other scales were looked for
   double other_scale = kNotComputed;         ///< the best other one, as InitResult::scale [m]
@@ -93,11 +98,6 @@ struct PosteriorMeasures {
   double velocity_change = kNotComputed;
   double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
 };
-
-/// Rms angle between the bearings of a keyframe's points and their mean direction, the median over
-/// the keyframes with points [deg]. Points in one spot are one point, however many. NaN without
-/// any.
-double pointSpreadDeg(const InitWindow& window);
 
 /// Gathers them: `window` as handed in, `tracks` what the pruning left of it, `profile` null where
 /// none was asked for, `scale` as InitResult::scale.

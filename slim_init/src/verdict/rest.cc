@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/median.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
 #include "verdict/constants.h"

@@ -8,9 +8,9 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/option_table.h"
 #include "slim_init/options.h"
+#include "slim_init/types.h"
 
 namespace slim_init::feature_tracker_lines {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "slim_init/host_health/flight_monitor.h"
-#include "slim_init/imu_limits.h"
 #include "slim_init/initializer.h"
+#include "slim_init/types.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
 namespace slim_init::vins_adapter {
@@ -57,7 +57,7 @@ struct HostOptions {
   bool estimate_td = false;
   bool estimate_extrinsic = false;
 
-  /// Rows of the images [px], from which the rows of the observations follow (row_times.h), and the
+  /// Rows of the images [px], from which the rows of the observations follow (setRows()), and the
   /// exposure times of a rolling shutter; 0: those of the observations stay as they are.
   int image_height = 0;
 

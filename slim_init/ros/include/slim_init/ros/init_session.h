@@ -24,7 +24,7 @@ struct InitSessionOptions {
   /// lines.
   bool expect_lines = true;
   /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
-  /// (row_times.h); 0: those of the observations stay as they are.
+  /// (setRows()); 0: those of the observations stay as they are.
   int image_height = 0;
   /// Samples beyond are no measurements (the initializer drops and counts them).
   ImuLimits imu;

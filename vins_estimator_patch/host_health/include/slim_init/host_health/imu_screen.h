@@ -9,7 +9,6 @@
 #include <functional>
 #include <vector>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/stream_check.h"
 #include "slim_init/types.h"
 

@@ -1,9 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// A window seen through another calibration.
+// Windows made from another one: under another calibration, without biases, speeds or observations.
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "slim_init/init_window.h"
 #include "slim_init/result.h"
@@ -30,5 +31,21 @@ std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);
 /// variance. Their standard deviations replace those of `calibration`, but are not wider (a host's
 /// own covariance may be none) and not below 0.05 deg, 1 mm and 0.1 ms.
 Calibration withFound(const Calibration& calibration, const CalibrationEstimate& found);
+
+/// What becomes of an observation. Kept observations are nonzero.
+enum ObservationVerdict : char {
+  kDropObservation = 0,
+  kKeepObservation = 1,
+  /// Kept, but the track jumped before it: it starts a track of its own.
+  kStartTrack = 2,
+};
+
+/// The window with the kept point observations only. `keep`: one ObservationVerdict per
+/// observation, indexed as InitWindow::pointObservations(). Tracks left with one observation are
+/// dropped, cut tracks become two with the same id. Everything else (times, calibration, IMU
+/// samples, lines, counts) is shared with `window` and not copied; it lives as long as either
+/// window. Null when `keep` has another size than pointObservations().
+std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
+                                                   const std::vector<char>& keep);
 
 }  // namespace slim_init

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "data/with_calibration.h"
+#include "data/derived_window.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,42 +9,39 @@
 namespace slim_init {
 namespace {
 
-// The keyframes [first, last) of the old window.
-struct Selection {
-  int first = 0, last = 0;
-
-  bool holds(int keyframe) const { return first <= keyframe && keyframe < last; }
-};
-
-template <typename Observation>
+// Tracks of what `judge` keeps: it returns the verdict on an observation, by its index and a copy
+// of it that it may change.
+template <typename Observation, typename Judge>
 void select(const std::vector<Track>& tracks, const std::vector<Observation>& observations,
-            const Selection& selection, std::vector<Track>* out_tracks,
+            const Judge& judge, std::vector<Track>* out_tracks,
             std::vector<Observation>* out_observations) {
   out_tracks->reserve(tracks.size());
   out_observations->reserve(observations.size());
   for (const Track& track : tracks) {
-    Track kept;
-    kept.id = track.id;
-    kept.begin = static_cast<int>(out_observations->size());
-    for (int s = track.begin; s < track.end; ++s) {
-      if (!selection.holds(observations[s].keyframe)) continue;
-      Observation moved = observations[s];
-      moved.keyframe -= selection.first;
-      out_observations->push_back(moved);
+    Track piece;
+    piece.id = track.id;
+    piece.begin = static_cast<int>(out_observations->size());
+    const auto close = [&]() {
+      piece.end = static_cast<int>(out_observations->size());
+      if (piece.size() >= 2) {
+        out_tracks->push_back(piece);
+      } else {
+        out_observations->resize(piece.begin);
+      }
+      piece.begin = static_cast<int>(out_observations->size());
+    };
+    for (int a = track.begin; a < track.end; ++a) {
+      Observation observation = observations[a];
+      const ObservationVerdict verdict = judge(a, &observation);
+      if (verdict == kStartTrack) close();
+      if (verdict != kDropObservation) out_observations->push_back(observation);
     }
-    kept.end = static_cast<int>(out_observations->size());
-    if (kept.size() >= 2) {
-      out_tracks->push_back(kept);
-    } else {
-      out_observations->resize(kept.begin);
-    }
+    close();
   }
 }
 
-// Least standard deviations of a calibration that was found [deg], [m], [s].
-constexpr double kLeastRotationDeg = 0.05;
-constexpr double kLeastTranslation = 0.001;
-constexpr double kLeastTd = 1e-4;
+// Least standard deviations of a calibration that was found; the readout time is never.
+constexpr CalibrationSigmas kLeast = {0.05, 0.001, 1e-4, 0.0};
 
 void narrow(double found, double least, double* sigma) {
   *sigma = std::min(*sigma, std::max(found, least));
@@ -57,12 +54,12 @@ Calibration withFound(const Calibration& calibration, const CalibrationEstimate&
   result.R_b_c = nearestRotation(found.R_b_c);
   result.t_b_c = found.t_b_c;
   CalibrationSigmas& sigmas = result.sigmas;
-  narrow(found.rotationSigmaDeg(), kLeastRotationDeg, &sigmas.rotation_deg);
-  narrow(std::sqrt(found.covariance.block<3, 3>(3, 3).diagonal().maxCoeff()), kLeastTranslation,
+  narrow(found.rotationSigmaDeg(), kLeast.rotation_deg, &sigmas.rotation_deg);
+  narrow(std::sqrt(found.covariance.block<3, 3>(3, 3).diagonal().maxCoeff()), kLeast.translation_m,
          &sigmas.translation_m);
   if (found.covariance(6, 6) > 0.0) {
     result.td = found.td;
-    narrow(found.tdSigma(), kLeastTd, &sigmas.td_s);
+    narrow(found.tdSigma(), kLeast.td_s, &sigmas.td_s);
   }
   return result;
 }
@@ -76,32 +73,30 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   if (!calibration.validate().empty()) return nullptr;
   const InitWindow::Common& old = *window.common_;
   const double shift = calibration.td - old.calibration.td;
-  Selection selection;
-  const int n = window.size();
-  while (selection.first < n && old.times[selection.first] + shift < old.imu.front().t) {
-    ++selection.first;
-  }
-  selection.last = n;
-  while (selection.last > selection.first &&
-         old.times[selection.last - 1] + shift > old.imu.back().t) {
-    --selection.last;
-  }
-  if (selection.last - selection.first < 2) return nullptr;
+  int first = 0, last = window.size();
+  while (first < last && old.times[first] + shift < old.imu.front().t) ++first;
+  while (last > first && old.times[last - 1] + shift > old.imu.back().t) --last;
+  if (last - first < 2) return nullptr;
 
   const auto common = std::make_shared<InitWindow::Common>();
   common->calibration = calibration;
   common->imu = old.imu;
   common->speeds = old.speeds;
-  for (int k = selection.first; k < selection.last; ++k) {
+  for (int k = first; k < last; ++k) {
     common->times.push_back(old.times[k] + shift);
     common->keyframe_lines.push_back(old.keyframe_lines[k]);
-    for (WindowLine& line : common->keyframe_lines.back()) line.keyframe -= selection.first;
+    for (WindowLine& line : common->keyframe_lines.back()) line.keyframe -= first;
   }
-  select(old.line_tracks, old.line_observations, selection, &common->line_tracks,
+  const auto within = [&](int, auto* observation) {
+    const bool keeps = first <= observation->keyframe && observation->keyframe < last;
+    observation->keyframe -= first;
+    return keeps ? kKeepObservation : kDropObservation;
+  };
+  select(old.line_tracks, old.line_observations, within, &common->line_tracks,
          &common->line_observations);
   const std::shared_ptr<InitWindow> out(new InitWindow());
   out->common_ = common;
-  select(window.point_tracks_, window.point_observations_, selection, &out->point_tracks_,
+  select(window.point_tracks_, window.point_observations_, within, &out->point_tracks_,
          &out->point_observations_);
   return out;
 }
@@ -124,6 +119,19 @@ std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window) {
   common->speeds.clear();
   const std::shared_ptr<InitWindow> out(new InitWindow(window));
   out->common_ = common;
+  return out;
+}
+
+std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
+                                                   const std::vector<char>& keep) {
+  if (keep.size() != window.point_observations_.size()) return nullptr;
+  const std::shared_ptr<InitWindow> out(new InitWindow());
+  out->common_ = window.common_;
+  const auto judge = [&keep](int a, WindowPoint*) {
+    return static_cast<ObservationVerdict>(keep[a]);
+  };
+  select(window.point_tracks_, window.point_observations_, judge, &out->point_tracks_,
+         &out->point_observations_);
   return out;
 }
 
