@@ -77,7 +77,7 @@ std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& l
                                    const BaselineOptions& baselines) {
   std::string error;
   std::unique_ptr<WindowSolver> solver = makeKnownMethod(name, options, baselines, &error);
-  if (solver == nullptr) check(error, label, kExitInternal);
+  if (solver == nullptr) throw Failure(kExitInternal, label + error);
   return solver;
 }
 

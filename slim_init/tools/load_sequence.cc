@@ -170,7 +170,7 @@ void loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
 
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
-  if (trajectory == nullptr) check(error, source + "groundtruth.csv: ");
+  if (trajectory == nullptr) throw Failure(kExitBadInput, source + "groundtruth.csv: " + error);
   sequence.truth =
       statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
   if (sequence.truth.empty()) {
@@ -191,7 +191,7 @@ void loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   std::string error;
   auto trajectory = simulation::makeBuiltinTrajectory(
       options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
-  if (trajectory == nullptr) check(error, "--builtin: ");
+  if (trajectory == nullptr) throw Failure(kExitBadInput, "--builtin: " + error);
 
   simulation::ImuSimulationOptions imu;
   imu.noise = sequence.calibration.imu_noise;
@@ -260,7 +260,7 @@ void addTruth(std::vector<NavState> truth, bool has_bias, const std::string& sou
   settleBiases(has_bias, source + ": ", &truth, loaded);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
-  if (trajectory == nullptr) check(error, source + ": ground truth: ");
+  if (trajectory == nullptr) throw Failure(kExitBadInput, source + ": ground truth: " + error);
   int uncovered = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double t = times[i] + sequence.trueCalibration().td;

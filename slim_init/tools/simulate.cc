@@ -317,7 +317,7 @@ int runSimulate(const SimulateOptions& options) {
   std::string error;
   const auto renderer =
       simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
-  if (renderer == nullptr) check(error);
+  if (renderer == nullptr) throw Failure(kExitBadInput, error);
   writeImages(options, setup.motion, bandsOf(setup.calibration), setup.sensor, renderer.get(),
               &writers);
   writers.each([](auto* w) { return w->finish(); });

@@ -69,7 +69,8 @@ void loadRecorded(const SimulateOptions& options, SimulatedMotion* motion) {
   motion->image_times = recorded.image_times;
   std::string error;
   motion->trajectory = simulation::makeSampledTrajectory(recorded.truth, &error);
-  if (motion->trajectory == nullptr) check(error, options.recorded + ": groundtruth.csv: ");
+  if (motion->trajectory == nullptr)
+    throw Failure(kExitBadInput, options.recorded + ": groundtruth.csv: " + error);
   if (!recorded.has_velocity_and_bias) {
     const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(recorded.imu, recorded.truth);
     if (!fit.ok) check(fit.message, options.recorded + ": ");
@@ -118,7 +119,8 @@ void loadCsv(const SimulateOptions& options, SimulatedMotion* motion) {
   constexpr double kSmoothRate = 20.0;  // [Hz]
   std::string error;
   motion->trajectory = simulation::makeSmoothTrajectory(states, kSmoothRate, &error);
-  if (motion->trajectory == nullptr) check(error, "--csv: " + options.csv + ": ");
+  if (motion->trajectory == nullptr)
+    throw Failure(kExitBadInput, "--csv: " + options.csv + ": " + error);
 }
 
 void loadBuiltin(const SimulateOptions& options, const Calibration& calibration,
@@ -130,7 +132,7 @@ void loadBuiltin(const SimulateOptions& options, const Calibration& calibration,
   std::string error;
   motion->trajectory = simulation::makeBuiltinTrajectory(options.builtin, duration,
                                                          calibration.R_b_c, options.seed, &error);
-  if (motion->trajectory == nullptr) check(error, "--builtin: ");
+  if (motion->trajectory == nullptr) throw Failure(kExitBadInput, "--builtin: " + error);
 }
 
 }  // namespace

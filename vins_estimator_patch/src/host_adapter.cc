@@ -36,6 +36,7 @@ constexpr double kFramesKept = 5.0;
 constexpr double kCheckEvery = 1.0;
 // One that has to be confirmed [s].
 constexpr double kEvidenceEvery = 0.3;
+constexpr double kMostlyDamaged = 0.5;  // share of a solved window
 // A propagated velocity that is less certain does not replace the host's own [m/s].
 constexpr double kWorstBridge = 2.0;
 // Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
@@ -98,6 +99,21 @@ std::string propagationMessage(double seconds, const HostPropagation& propagated
   return roundedText(3, "propagated over ", std::max(seconds, 0.0),
                      " s by the IMU, standard deviation ", propagated.position_sigma, " m and ",
                      propagated.yaw_sigma_deg, " deg of yaw");
+}
+
+// Time in [first, last] that is damaged and not bridged [s].
+double damagedTime(const std::deque<ImuDamage>& damage, double first, double last) {
+  std::vector<std::pair<double, double>> spans;
+  for (const ImuDamage& one : damage) {
+    if (!one.bridged) spans.emplace_back(one.first, std::min(one.last, last));
+  }
+  std::sort(spans.begin(), spans.end());
+  double sum = 0.0;
+  for (const auto& [begin, end] : spans) {
+    sum += std::max(0.0, end - std::max(begin, first));
+    first = std::max(first, end);
+  }
+  return sum;
 }
 
 double millisecondsSince(SolveWorker::Clock::time_point start) {
@@ -178,6 +194,8 @@ struct HostAdapter::State {
                          Lock* lock, HostHealth* health);
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
   double longestWithoutImage(double first, double last) const;
+  bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
+                     bool* uncertain) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   PropagatedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
@@ -283,7 +301,7 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
   last_check = solved->stamp;
   health->calibration = solved->result.calibration;
   std::vector<NavState> at;
-  if (!solved->result.success() ||
+  if (!solved->result.success() || solved->result.states.empty() ||
       !initializer->statesAt(solved->result, {newest.t}, options.max_reach_s, &at, nullptr) ||
       at.size() != 1) {
     return;
@@ -297,9 +315,12 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
     }
     return;
   }
-  // The initializer does not see the damage, and a window over it may be wrong with any certainty.
-  const std::vector<NavState>& states = solved->result.states;
-  if (states.empty() || wideningOf(screen.damage(), states.front().t, states.back().t).damaged) {
+  // The initializer does not see damage, and a window with a little of it may be wrong with any
+  // certainty. Where most of it is damaged the host may be what is wrong with the IMU data.
+  const double first = solved->result.states.front().t;
+  const double damaged = damagedTime(screen.damage(), first, newest.t);
+  if (damaged > 0.0 && damaged < kMostlyDamaged * (newest.t - first)) {
+    contradictions = 0;
     return;
   }
   ++contradictions;
@@ -628,6 +649,21 @@ std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double en
   return over;
 }
 
+// What a tracker carries over a gap in the images are other points: drops the states before the
+// last gap. True if that is the newest interval. `uncertain` is set if nothing has judged the IMU
+// data of an interval.
+bool HostAdapter::State::dropBeforeGap(const std::vector<double>& stamps,
+                                       std::vector<NavState>* optimized, bool* uncertain) const {
+  for (std::size_t i = optimized->size(); i-- > 0;) {
+    const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
+    *uncertain = *uncertain || gap > kLongestUnjudged;
+    if (gap <= kLongestTracked) continue;
+    optimized->erase(optimized->begin(), optimized->begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    return i + 2 == stamps.size();
+  }
+  return false;
+}
+
 std::vector<HostImuInterval> HostAdapter::State::intervals(
     const std::vector<double>& stamps) const {
   std::vector<HostImuInterval> result;
@@ -828,18 +864,10 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   }
   std::vector<NavState> optimized = state.statesOf(window, calibration.td);
   optimized.pop_back();
-  // What a tracker carries over a gap in the images are other points.
   int tracks = 0;
   const std::vector<long long> known = state.tracksOverGap(t_i, t_j, &tracks);
   bool uncertain = wideningOf(state.screen.damage(), state.hostTime(stamps.front()), t_j).damaged;
-  for (std::size_t i = optimized.size(); i-- > 0;) {
-    const double gap = state.longestWithoutImage(stamps[i], stamps[i + 1]);
-    uncertain = uncertain || gap > kLongestUnjudged;
-    if (gap <= kLongestTracked) continue;
-    optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-    if (i + 2 == stamps.size()) out.moving = known;
-    break;
-  }
+  if (state.dropBeforeGap(stamps, &optimized, &uncertain)) out.moving = known;
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation =
       state.innovations.judge(optimized, predicted, {state.frames.begin(), state.frames.end()},

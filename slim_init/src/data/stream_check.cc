@@ -6,15 +6,16 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <type_traits>
 
 #include "geometry/dense.h"
 
 namespace slim_init {
 
 StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
-  // Counts and nothing else: as an array, in which none is forgotten.
+  // Counts and nothing else: as an array of them, in which none is forgotten.
   std::array<std::int64_t, sizeof(StreamCounts) / sizeof(std::int64_t)> sum, more;
-  static_assert(sizeof(sum) == sizeof(StreamCounts));
+  static_assert(sizeof(sum) == sizeof(StreamCounts) && std::is_trivially_copyable_v<StreamCounts>);
   std::memcpy(sum.data(), this, sizeof(sum));
   std::memcpy(more.data(), &other, sizeof(more));
   std::transform(sum.begin(), sum.end(), more.begin(), sum.begin(), std::plus<>());

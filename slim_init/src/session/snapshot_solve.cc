@@ -50,7 +50,7 @@ WindowOptions everyImage(int keyframes) {
   return selection;
 }
 
-// The last state not after `t` [s], or else the first.
+// The last state not after `t` [s], or else the first; there is one.
 std::size_t lastUntil(double t, const std::vector<NavState>& states) {
   const auto after = std::find_if(states.begin() + 1, states.end(),
                                   [t](const NavState& state) { return state.t > t; });

@@ -478,16 +478,16 @@ std::string sentenceOf(const Innovation& result) {
                            rounded(result.rotation_deg) + " deg from the IMU's prediction, " +
                            rounded(result.mahalanobis) + " standard deviations (limit " +
                            rounded(kLargestMahalanobis) + ")";
-  const std::string tracks = percent(result.agree_images) + " of " + std::to_string(result.tracks) +
-                             " tracks agree with it (limit " + percent(kNearlyAll) + "), " +
-                             percent(result.agree_imu) + " with the IMU (limit " + percent(kPart) +
-                             ")";
+  const std::string tracks =
+      percent(result.agree_images) + " of " + std::to_string(result.deciding) +
+      " known tracks agree with it (limit " + percent(kNearlyAll) + "), " +
+      percent(result.agree_imu) + " with the IMU (limit " + percent(kPart) + ")";
   switch (result.culprit) {
     case Culprit::kNone: return "images and IMU agree: " + pose;
     case Culprit::kImu: return "the IMU data are inconsistent: " + pose + ", and " + tracks;
     case Culprit::kImages:
       return "a part of the image moves: " + percent(result.agree_imu) + " of " +
-             std::to_string(result.tracks) + " tracks with a place agree with the IMU, " +
+             std::to_string(result.deciding) + " known tracks agree with the IMU, " +
              std::to_string(result.moving.size()) + " tracks move";
     case Culprit::kUnclear:
       return "images and IMU contradict each other: " + pose + ", and " + tracks;
@@ -561,6 +561,7 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
                               sigma_px / calibration.focal_px, trust.most_noise);
   result.noise = scene.sigma * calibration.focal_px / sigma_px;
   result.tracks = static_cast<int>(scene.tracks.size());
+  result.deciding = static_cast<int>(scene.deciding);
   if (scene.tracks.size() < kLeastTracks) {
     if (!trust.decide && move(scene.moved, scene.tracks.size() + scene.placeless.size())) {
       result.culprit = Culprit::kImages;

@@ -28,7 +28,8 @@ enum class Culprit {
 struct Innovation {
   Culprit culprit = Culprit::kNotJudged;
   int tracks = 0;             ///< of the newest frame with a known place
-  double agree_imu = 0.0;     ///< fraction of those that decide that agrees with the IMU's pose
+  int deciding = 0;           ///< of these
+  double agree_imu = 0.0;     ///< fraction of the deciding ones that agrees with the IMU's pose
   double agree_images = 0.0;  ///< .. with the best pose of the images
   /// The best pose of the images against the IMU's prediction.
   double position_m = kNotComputed;
