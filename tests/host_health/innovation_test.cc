@@ -532,8 +532,6 @@ TEST(InnovationMonitor, TheSceneBesideATextureDecides) {
       }
     }
   }
-  std::cout << kept_out << " of " << seen << " tracks of the texture kept out, " << wronged
-            << " of " << scene << " others\n";
   EXPECT_GT(scene, 10000);
   EXPECT_GE(kept_out, 0.95 * seen);
   EXPECT_LE(wronged, 0.05 * scene);

@@ -275,6 +275,7 @@ TEST_F(Snippet, EveryWindowIsStationaryWithGravityAndGyroBias) {
 class MovingSnippet : public AbRuns {
  protected:
   void SetUp() override {
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
     if (!fs::is_directory(SLIM_INIT_MOVING)) GTEST_SKIP() << "no recording at " << SLIM_INIT_MOVING;
   }
 

@@ -540,10 +540,10 @@ TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
               "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
 }
 
-// The EuRoC recordings are not part of the repository (their licence is not ours).
 class AbOfRecordings : public Ab {
  protected:
   void SetUp() override {
+    // The EuRoC recordings are not part of the repository (their licence is not ours); CI has them.
     if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
   }
   const std::string data = SLIM_INIT_SHARED_DATA;

@@ -40,7 +40,8 @@ void select(const std::vector<Track>& tracks, const std::vector<Observation>& ob
   }
 }
 
-// Least standard deviations of a calibration that was found; the readout time is never.
+// Least standard deviations of a calibration that was found: rotation [deg], translation [m], td
+// [s]; the readout time [s] is not among what is taken over.
 constexpr CalibrationSigmas kLeast = {0.05, 0.001, 1e-4, 0.0};
 
 void narrow(double found, double least, double* sigma) {

@@ -8,16 +8,15 @@
 #include <limits>
 #include <utility>
 
-#include "geometry/units.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
 
-// Four fifths of the time of the computation where a unit is a microsecond [units]: the rest is for
-// work that is not counted, and for the error of this measurement. The best of some runs has not
+// The computation takes 400 units where a unit is a microsecond. A fifth of the time is for work
+// that is not counted and for the error of this measurement [units]. The best of some runs has not
 // been interrupted.
-constexpr double kKernelWork = 320.0;
+constexpr double kKernelWork = 0.8 * 400.0;
 constexpr int kKernelRuns = 5;
 constexpr int kKernelRounds = 770;
 
@@ -64,8 +63,8 @@ WorkLimits liveLimits(WorkLimits limits) {
 WorkBudget::WorkBudget(const WorkLimits& limits)
     : max_solve_ms_(limits.max_solve_ms), limit_(std::numeric_limits<double>::infinity()) {
   if (!(limits.max_solve_ms > 0.0)) return;
-  // Of a desktop processor: a unit is about a microsecond there.
-  const double rate = limits.work_per_ms == 0.0 ? kPerMilli : limits.work_per_ms;
+  // 0: that of a desktop processor, where a unit is about a microsecond.
+  const double rate = limits.work_per_ms == 0.0 ? 1000.0 : limits.work_per_ms;
   limit_ = limits.max_solve_ms * (rate > 0.0 ? rate : measuredWorkPerMs());
 }
 

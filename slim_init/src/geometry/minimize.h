@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Golden section search of one variable, and Levenberg-Marquardt for a few unknowns in a vector
-// space (Madsen, Nielsen and Tingleff, "Methods
-// for Non-linear Least Squares Problems", 2004, section 3.2, with damping by factors of ten).
+// space (Madsen, Nielsen and Tingleff, "Methods for Non-linear Least Squares Problems", 2004,
+// section 3.2, with damping by factors of ten).
 #pragma once
 
 #include <Eigen/Cholesky>

@@ -23,6 +23,9 @@ inline double gemanMcClureCost(double z2) {
   return z2 / (1.0 + z2 / (kOutlierSigmas * kOutlierSigmas));
 }
 
+/// A twentieth of a pixel [rad]: no image shows less, and no tracker is better.
+inline constexpr double kSmallestAngle = 1e-4;
+
 /// With fewer residuals their spread is known to worse than a tenth.
 inline constexpr int kFewestForSpread = 20;
 

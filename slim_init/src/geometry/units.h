@@ -8,8 +8,7 @@
 namespace slim_init {
 
 inline constexpr double kDegPerRad = 180.0 / M_PI;
-// A twentieth of a pixel [rad]: no image shows less, and no tracker is better.
-inline constexpr double kSmallestAngle = 1e-4;
-inline constexpr double kPerMilli = 1e3;  // ms in a second, mm in a metre, us in a millisecond
+inline constexpr double kMsPerS = 1e3;
+inline constexpr double kMmPerM = 1e3;
 
 }  // namespace slim_init

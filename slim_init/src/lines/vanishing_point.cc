@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "data/clean_frame.h"
+#include "geometry/robust.h"
 #include "geometry/units.h"
 #include "imu/preintegration.h"
 

@@ -114,9 +114,10 @@ struct Solution {
 
 // Least squares with Cauchy weights, re-weighted kRounds times.
 Solution solveRobust(std::vector<Row> rows) {
+  // Standard deviations before any data: a right angle [rad], half a second [s] and what no
+  // gyroscope has [rad/s].
   Vector7d prior;
-  prior << Eigen::Vector3d::Constant(kCheckPrior[0]), kCheckPrior[1],
-      Eigen::Vector3d::Constant(kCheckPrior[2]);
+  prior << Eigen::Vector3d::Constant(M_PI / 2), 0.5, Eigen::Vector3d::Constant(0.5);
   Solution out;
   for (int round = 0; round < kRounds; ++round) {
     Matrix7d H = prior.cwiseAbs2().cwiseInverse().asDiagonal();

@@ -3,7 +3,6 @@
 // Numbers of the rotation stage that are not options: each with its unit and why it is what it is.
 #pragma once
 
-#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -84,9 +83,6 @@ inline constexpr double kLargestCorrection = 0.3;
 
 // ---- Check of the calibration (calibration_check.h)
 
-/// Standard deviations before any data, of extrinsic rotation, td and gyroscope bias: a right angle
-/// [rad], half a second [s] and what no gyroscope has [rad/s].
-inline constexpr double kCheckPrior[] = {M_PI / 2, 0.5, 0.5};
 /// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
 inline constexpr double kRotationFloor = 1e-3;
 /// Rounds of re-weighting; the weights of a dozen pairs have settled by then.

@@ -164,6 +164,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
       seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
       if (seen == nullptr) break;
     }
+    // Neighbours: their rotation the points see alone.
     const KeyframePairs pairs(*seen, 1);
     turns = turnsOf(*seen, pairs);
     if (static_cast<int>(turns.size()) < kMinPairs) {

@@ -8,7 +8,6 @@
 #include "geometry/minimize.h"
 #include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "geometry/units.h"
 #include "rotation/calibration_check.h"
 #include "rotation/normalized_epipolar_pair.h"
 

@@ -9,7 +9,6 @@
 #include "data/derived_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/robust.h"
-#include "geometry/units.h"
 #include "scale/gravity_constrained.h"
 #include "shape/ligt.h"
 

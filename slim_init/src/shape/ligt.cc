@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "geometry/dense.h"
+#include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "geometry/units.h"
 
 namespace slim_init {
 namespace {

@@ -41,13 +41,13 @@ std::array<CalibrationError, 4> errorsOf(const Calibration& handed_in,
             logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad,
             found.rotationSigmaDeg(), unknown ? HUGE_VAL : known.rotation_deg},
            {"extrinsic translation", "mm", "extrinsicTranslation",
-            kPerMilli * (found.t_b_c - handed_in.t_b_c).norm(), kPerMilli * translation_sigma,
-            kPerMilli * known.translation_m},
-           {"camera-IMU time offset", "ms", "td", kPerMilli * (found.td - handed_in.td),
-            kPerMilli * found.tdSigma(), kPerMilli * known.td_s},
+            kMmPerM * (found.t_b_c - handed_in.t_b_c).norm(), kMmPerM * translation_sigma,
+            kMmPerM * known.translation_m},
+           {"camera-IMU time offset", "ms", "td", kMsPerS * (found.td - handed_in.td),
+            kMsPerS * found.tdSigma(), kMsPerS * known.td_s},
            {"readout time", "ms", "rolling_shutter and rolling_shutter_tr",
-            kPerMilli * (found.readout_s - handed_in.readout_s), kPerMilli * found.readoutSigma(),
-            kPerMilli * known.readout_s}}};
+            kMsPerS * (found.readout_s - handed_in.readout_s), kMsPerS * found.readoutSigma(),
+            kMsPerS * known.readout_s}}};
 }
 
 std::string explainOtherScale(const PosteriorMeasures& measures) {
@@ -233,7 +233,7 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                      rotation.unit, atMost(rotation.sigma, options.max_extrinsic_sigma_deg),
                      InitStatus::kTooLittleExcitation);
   return {of_rotation, certain(GateName::kTimeOffset, td.what + std::string(" td"), td,
-                               kPerMilli * options.max_td_error_s)};
+                               kMsPerS * options.max_td_error_s)};
 }
 
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
