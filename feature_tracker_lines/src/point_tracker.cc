@@ -62,19 +62,19 @@ constexpr double kRefillAll = 0.5;
 constexpr double kLeastDistanceShare = 0.5;
 
 // Predictions are compared on this level of the pyramid, over a square of so many of its pixels,
-// which tells one brick from the next. One is better below this share of the other's difference:
-// between equal ones, as while the camera stands still, noise must not overrule the gyroscope (with
-// 1 it overruled 7 of 100 images of MH_01).
+// which tells one brick from the next. The gyroscope is doubted where half of the patches differ by
+// this share of their own contrast: more than in 9 of 10 images of fast motion without damage. One
+// prediction is better below that share of the other's difference.
 constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
+constexpr double kDoubtAbove = 0.5;
 constexpr double kBetterBelow = 0.9;
-// Images after one in which the gyroscope was overruled: one noisy sample may be right by chance.
-constexpr int kDoubtfulImages = 10;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
-// it is refined, and the difference from which on a patch is another one. In V1_02 even motion is
-// off by up to 10 px between images; 60 patches or 28 px found nothing better.
+// it is refined, and the difference from which on a patch is another one. In the hand even motion
+// is off by up to 30 px between images. 60 patches found nothing better, steps of 8 px the next
+// brick.
 constexpr std::size_t kTurnPatches = 30;
-constexpr double kTurnReachPx = 20.0, kTurnStepPx = 4.0;
+constexpr double kTurnReachPx = 32.0, kTurnStepPx = 4.0;
 constexpr int kTurnRounds = 20;
 constexpr double kUnlikeGreyLevels = 40.0;
 
@@ -173,6 +173,18 @@ double differenceOf(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
 }
 
+// Mean difference of a patch and its mean [grey levels].
+double contrastOf(const cv::Mat& patch) {
+  return differenceOf(patch, cv::Mat(patch.size(), patch.type(), cv::mean(patch)));
+}
+
+// The rotation that the tracks agree with best.
+Eigen::Matrix3d commonTurn(const std::vector<PointTrack>& moved) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
+  return nearestRotation(sum);
+}
+
 // Drops the corners that are too strong on the next level. Those of the scene are sharp and have
 // the same slopes on both, while the slopes of shading double and their squares grow fourfold.
 void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
@@ -264,8 +276,7 @@ void PointTracker::reset() {
   tracks_.clear();
   for (CornerDetector& corners : corners_) corners.reset();
   last_prior_ = RotationPrior();
-  was_overruled_ = false;
-  doubtful_ = 0;
+  was_measured_ = source_changed_ = false;
   since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
   t_count_start_ = kNotComputed;
@@ -343,7 +354,7 @@ PointMotion PointTracker::motion(const RotationPrior& prior) const {
     motion.flows.push_back({track.pixel, track.pixel - rotated});
     balance += track.surprise_px < kSteadyPx ? 1 : -1;
   }
-  motion.steady = balance > 0;
+  motion.steady = balance > 0 && !source_changed_;
   return motion;
 }
 
@@ -392,28 +403,6 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-// After an overruled image the gyroscope is wrong for as long as it disagrees with the turn that
-// the tracks agree with best by about as much, though each track may be where it was predicted: the
-// flow beyond its rotation contains the same error. That turn becomes the rotation where the
-// gyroscope gives none.
-void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
-                                ImageReport* report) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
-  const Eigen::Matrix3d turn = nearestRotation(sum);
-  if (last_prior_.measured) {
-    const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
-    const bool still_wrong = was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_;
-    if (prior->measured && still_wrong) {
-      *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
-      report->rotation_overruled = true;
-    }
-    was_overruled_ = report->rotation_overruled && (still_wrong || !was_overruled_);
-    (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
-  }
-  if (!prior->measured) prior->R_now_before = turn;
-}
-
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
@@ -423,8 +412,11 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
     deformAnchors(*prior);
     moved = search(levelsOf(before), levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
-    if (!moved.empty()) compareTurns(moved, prior, report);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
+    if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
+    if (!prior->measured) prior->R_now_before = commonTurn(moved);
+    source_changed_ = prior->measured != was_measured_;
+    was_measured_ = prior->measured;
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(*prior, &moved);
   }
@@ -523,10 +515,9 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
   }
 }
 
-// Where the patches of most points fit better if each goes on with its flow than where the
-// gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
-// then. So it stays until most fit better where it predicts them than where their flow and a common
-// turn do. Done before the search, which among bricks finds the next brick.
+// Where the patches of most points are not where the gyroscope predicts them, and fit better where
+// their flow and a common turn do, it is the gyroscope that is wrong: nothing is known of the
+// rotation then. Done before the search, which among bricks finds the next brick.
 std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyramid& before,
                                                                const ImagePyramid& now,
                                                                RotationPrior* prior,
@@ -534,30 +525,29 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
   std::vector<Target> expected = expect(last_prior_, *prior);
   last_prior_ = *prior;
   if (!prior->measured) return expected;
+  std::vector<cv::Mat> patches;
+  for (const PointTrack& track : tracks_) patches.push_back(patchAt(before, track.pixel));
+  const auto difference = [&](std::size_t i, const cv::Point2f& there) {
+    return isInside(there, 0.0) ? differenceOf(patches[i], patchAt(now, there))
+                                : std::numeric_limits<double>::infinity();
+  };
+  std::size_t unlike = 0;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    unlike += difference(i, expected[i].predicted) >= kDoubtAbove * contrastOf(patches[i]) ? 1 : 0;
+  }
+  if (2 * unlike <= tracks_.size()) return expected;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
   std::vector<Target> same_flow = expect(unknown, unknown);
-  const auto difference = [&](std::size_t i, const cv::Point2f& there) {
-    return isInside(there, 0.0)
-               ? differenceOf(patchAt(before, tracks_[i].pixel), patchAt(now, there))
-               : std::numeric_limits<double>::infinity();
-  };
-  const auto mostFitBetter = [&](const std::vector<Target>& here,
-                                 const std::vector<Target>& there) {
-    int better = 0;
-    for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      const double bound = kBetterBelow * difference(i, there[i].predicted);
-      better += difference(i, here[i].predicted) < bound ? 1 : 0;
-    }
-    return 2 * better > static_cast<int>(tracks_.size());
-  };
-  if (doubtful_ == 0 && !mostFitBetter(same_flow, expected)) return expected;
   turnTogether(before, now, &same_flow);
-  doubtful_ = std::max(doubtful_ - 1, 0);
-  if (was_overruled_ ? mostFitBetter(expected, same_flow) : !mostFitBetter(same_flow, expected)) {
-    return expected;
+  int in_view = 0, better = 0;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (!isInside(same_flow[i].predicted, 0.0)) continue;
+    ++in_view;
+    const double bound = kBetterBelow * difference(i, expected[i].predicted);
+    better += difference(i, same_flow[i].predicted) < bound ? 1 : 0;
   }
+  if (2 * better <= in_view) return expected;
   report->rotation_overruled = true;
-  doubtful_ = kDoubtfulImages;
   *prior = unknown;
   return same_flow;
 }

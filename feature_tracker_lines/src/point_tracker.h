@@ -49,7 +49,8 @@ struct PointMotion {
     cv::Point2f residual;  ///< motion since the image before, beyond what the rotation makes [px]
   };
   std::vector<Flow> flows;  ///< of the points that have one
-  /// Whether most of these points were where they had been predicted. With none: no.
+  /// Whether most of these points were where they had been predicted, by a rotation of the same
+  /// source as in the image before. With none: no.
   bool steady = false;
 
   /// Median of the residual flows of the up to five nearest points; zero if there are none.
@@ -94,8 +95,6 @@ class PointTracker {
                                      RotationPrior* prior, ImageReport* report);
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                     std::vector<Target>* targets) const;
-  void compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
-                    ImageReport* report);
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
                    const RotationPrior& prior, std::vector<Target>* targets) const;
   std::vector<PointTrack> search(const Levels& before, const Levels& now,
@@ -143,12 +142,10 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  // Of the last image, as the gyroscope gave it, and whether it was overruled. Angle to the turn of
-  // the tracks over dt_s [rad/s], where it last was right and where it last was overruled.
-  RotationPrior last_prior_;
-  bool was_overruled_ = false;
-  int doubtful_ = 0;  // images in which the gyroscope is compared with flow and common turn
-  double apart_right_ = 0.0, apart_wrong_ = 0.0;
+  RotationPrior last_prior_;  // of the last image, as the gyroscope gave it
+  // Whether the rotation that the points were found with in the last image came from the gyroscope,
+  // and whether that of the image before came from elsewhere: flows beyond them cannot be compared.
+  bool was_measured_ = false, source_changed_ = false;
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark

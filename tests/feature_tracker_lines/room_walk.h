@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -78,9 +79,10 @@ class RoomWalk {
 
   CameraParameters parameters;
   Calibration calibration;
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  double noise = 0.0;                                   ///< of the images [grey levels]
-  double readout_s = 0.0;                               ///< of the camera: rolling shutter [s]
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();          ///< [rad/s]
+  double gyro_limit = std::numeric_limits<double>::infinity();  ///< where it saturates [rad/s]
+  double noise = 0.0;                                           ///< of the images [grey levels]
+  double readout_s = 0.0;  ///< of the camera: rolling shutter [s]
 
   double time(int k) const { return k * kImagePeriod; }
 
@@ -103,6 +105,7 @@ class RoomWalk {
     const Eigen::Matrix3d R_before = motion_.R_w_c(t - kStep), R_after = motion_.R_w_c(t + kStep);
     sample.gyro =
         calibration.R_b_c * logSO3(R_before.transpose() * R_after) / (2.0 * kStep) + gyro_bias;
+    sample.gyro = sample.gyro.cwiseMin(gyro_limit).cwiseMax(-gyro_limit);
     sample.accel = Eigen::Vector3d(0.0, 0.0, 9.81);
     return sample;
   }
