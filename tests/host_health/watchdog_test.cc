@@ -217,6 +217,60 @@ TEST(ImuScreen, AFrozenSensorIsMissing) {
   EXPECT_TRUE(screened(samples).screen.damage().empty());
 }
 
+// At the end of its range an axis repeats its value, and the other axes do not.
+TEST(ImuScreen, ASaturatedAxisIsDamage) {
+  const ExactWindow exact = flight(true);
+  const auto stuck_from = [&exact](std::size_t last, Eigen::Vector3d ImuSample::*sensor) {
+    std::vector<ImuSample> samples = exact.imu;
+    for (std::size_t i = 401; i < last; ++i) (samples[i].*sensor).z() = (samples[401].*sensor).z();
+    return screened(samples);
+  };
+  const Screened accel = stuck_from(500, &ImuSample::accel);
+  ASSERT_EQ(accel.screen.damage().size(), 1u);
+  const ImuDamage damage = accel.screen.damage().front();
+  EXPECT_NEAR(damage.first, exact.imu[400].t, 1e-9);
+  EXPECT_NEAR(damage.last, exact.imu[500].t, 1e-9);
+  EXPECT_TRUE(damage.gyro_known);
+  ASSERT_EQ(accel.screen.samples().size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(accel.screen.samples()[i].gyro, exact.imu[i].gyro);
+  }
+  const Screened gyro = stuck_from(500, &ImuSample::gyro);
+  ASSERT_EQ(gyro.screen.damage().size(), 1u);
+  EXPECT_FALSE(gyro.screen.damage().front().gyro_known);
+  // Four equal values, three repeats, may be chance.
+  EXPECT_TRUE(stuck_from(405, &ImuSample::accel).screen.damage().empty());
+  // What stays for longer than a second is how the axis is at rest.
+  const Screened rest = stuck_from(700, &ImuSample::gyro);
+  ASSERT_EQ(rest.screen.damage().size(), 1u);
+  EXPECT_NEAR(rest.screen.damage().front().last, exact.imu[401].t + 1.0, 0.01);
+}
+
+// Steps as coarse as the noise: values repeat all the time, and more often at rest.
+TEST(ImuScreen, CoarseStepsAreNotSaturation) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  ImuScreen screen{ImuLimits()};
+  for (int i = 0; i < 4000; ++i) {
+    ImuSample sample;
+    sample.t = 0.005 * i;
+    sample.accel = Eigen::Vector3d(0, 0, 9.81);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double motion = i < 2000 ? 0.3 * std::sin(0.02 * i + axis) : 0.0;
+      sample.gyro[axis] = 2e-3 * std::round((motion + 1e-3 * normal(random)) / 2e-3);
+      sample.accel[axis] += 0.02 * normal(random);
+    }
+    screen.add(sample);
+  }
+  // At first, when the axes have just come to rest: shorter than what is bridged.
+  double damaged = 0.0;
+  for (const ImuDamage& damage : screen.damage()) {
+    EXPECT_TRUE(damage.bridged) << damage.first;
+    damaged += damage.last - damage.first;
+  }
+  EXPECT_LT(damaged, 0.7);
+}
+
 TEST(ImuScreen, DamageFromOutside) {
   const ExactWindow exact = flight();
   Screened data = screened(exact.imu);

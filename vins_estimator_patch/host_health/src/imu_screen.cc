@@ -49,8 +49,15 @@ constexpr double kNoiseStretch = 0.1;
 // freedom.
 constexpr double kThirdDifference = 20.0;
 constexpr double kMedianOfThree = 2.366;
-// Equal samples in a row of a frozen sensor. Drivers repeat single ones.
-constexpr int kFrozenRepeats = 4;
+// Values in a row that equal the one before, of an axis that is stuck or at the end of its range.
+// Drivers repeat single samples, and axes with coarse steps their values: at the rate of some 1000
+// samples before, the repeats of a sensor's axes happen by chance once in 10^9. EuRoC's axes repeat
+// 0.2 to 2 % of the values, four in a row at most. What only some axes do for longer than this time
+// is how they are at rest [s].
+constexpr int kStuckRepeats = 4;
+constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
+constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
+constexpr double kLongestStuck = 1.0;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
 // Share of that between samples on a bridge.
@@ -91,7 +98,7 @@ void ImuScreen::reset() {
   left_out_.clear();
   noise_.clear();
   in_block_ = 0;
-  repeats_ = 0;
+  repeats_ = {};
   noise_end_ = believed_since_ = -1e300;
 }
 
@@ -162,7 +169,7 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
 }
 
 bool ImuScreen::isNoisy() {
-  if (recent_.size() < kJudged || repeats_ > 0) return false;
+  if (recent_.size() < kJudged || repeatsAll()) return false;
   const ImuSampleNoise noise = noiseOf(recent_);
   if (++in_block_ >= kJudged) {
     in_block_ = 0;
@@ -183,24 +190,58 @@ bool ImuScreen::isNoisy() {
   return noise.accel > kBreaks * usual.accel || noise.gyro > kBreaks * usual.gyro;
 }
 
+bool ImuScreen::repeatsAll() const {
+  return std::all_of(repeats_.begin(), repeats_.end(),
+                     [](const Repeats& axis) { return axis.in_row > 0; });
+}
+
+// Values in a row that equal the one before, where the axes from `first` on, those of one sensor,
+// are stuck; else zero.
+int ImuScreen::stuckFor(std::size_t first) const {
+  double by_chance = 0.0;
+  int longest = 0;
+  for (std::size_t axis = first; axis < first + 3; ++axis) {
+    const auto& [in_row, rate] = repeats_[axis];
+    if (in_row < kStuckRepeats) continue;
+    by_chance += in_row * std::log10(std::max(rate, kRepeatMemory));
+    longest = std::max(longest, in_row);
+  }
+  const bool rests = longest * period_ > kLongestStuck && !repeatsAll();
+  return by_chance < kStuckByChance && !rests ? longest : 0;
+}
+
 // `sample` is not yet among the recent ones.
-bool ImuScreen::isFrozen(const ImuSample& sample) {
-  const bool repeats = !recent_.empty() && sample.accel == recent_.back().accel &&
-                       sample.gyro == recent_.back().gyro;
-  repeats_ = repeats ? repeats_ + 1 : 0;
-  // Noise of zero is that of a simulation, or of a driver that repeats most samples.
-  return repeats_ >= kFrozenRepeats && !noise_.empty() && noise_.back().accel > 0.0 &&
-         noise_.back().gyro > 0.0;
+void ImuScreen::countRepeats(const ImuSample& sample) {
+  if (recent_.empty()) return;
+  const bool frozen = repeatsAll() && stuckFor(0) > 0;
+  ++compared_;
+  for (std::size_t axis = 0; axis < repeats_.size(); ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis % 3);
+    const bool repeats = axis < 3 ? sample.accel[k] == recent_.back().accel[k]
+                                  : sample.gyro[k] == recent_.back().gyro[k];
+    Repeats& of_axis = repeats_[axis];
+    of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
+    if (frozen) continue;
+    const double gain = std::max(kRepeatMemory, 1.0 / static_cast<double>(compared_));
+    of_axis.rate += gain * ((repeats ? 1.0 : 0.0) - of_axis.rate);
+  }
 }
 
 bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   *gyro_usable = false;
-  const bool frozen = isFrozen(sample);
+  countRepeats(sample);
+  const int stuck_accel = stuckFor(0), stuck_gyro = stuckFor(3);
   recent_.push_back(sample);
   if (recent_.size() > kJudged) recent_.pop_front();
-  if (frozen) {
-    const double since = sample.t - repeats_ * period_;
-    while (samples_.size() > 1 && samples_.back().t > since) samples_.pop_back();
+  if (stuck_accel > 0 || stuck_gyro > 0) {
+    // The first of the equal values was beyond the range as well.
+    double since = sample.t - (std::max(stuck_accel, stuck_gyro) + 0.5) * period_;
+    if (!damage_.empty()) since = std::max(since, damage_.back().last);
+    while (samples_.size() > 1 && samples_.back().t > since) {
+      left_out_.insert(left_out_.begin(), samples_.back());
+      samples_.pop_back();
+    }
+    *gyro_usable = stuck_gyro == 0;
     return false;
   }
   const bool within = !limits_.exceededBy(sample);
@@ -287,8 +328,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
       open = &damage_.back();
       open->open = true;
       // Where samples are missing nothing is known.
-      open->gyro_known = sample.t - samples_.back().t <= kMaxGap;
-      left_out_.clear();
+      open->gyro_known = sample.t - recent_[recent_.size() - 2].t <= kMaxGap;
     }
     open->first = std::min(samples_.back().t, sample.t);
     open->last = sample.t;
