@@ -9,8 +9,8 @@
 #include "data/derived_window.h"
 #include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "rotation/constants.h"
 #include "rotation/multi_gap_bias.h"
+#include "rotation/robust_bias.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 
@@ -159,9 +159,9 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   window.pixel_noise = 0.6;
   const ExactWindow exact = makeExactWindow(window);
   MultiGapProblem problem(*exact.window, nullptr, InertialOptions());
-  const int max_gap = rotation_constants::kLongestGap;
+  const int max_gap = kLongestGap;
   const auto minimum = [&]() {
-    return problem.minimize(window.gyro_bias, max_gap, rotation_constants::kNarrowStart, {},
+    return problem.minimize(window.gyro_bias, max_gap, kNarrowStart, {},
                             unknownBaselines(problem.pairs()));
   };
   const Vector3d first = minimum().gyro_bias;
@@ -172,7 +172,6 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
 }
 
 TEST(CutoffSchedules, EndAtTheCutoffOfTheConsensus) {
-  using namespace rotation_constants;  // NOLINT: what is tested
   for (const CutoffSchedule& schedule : {kNarrowStart, kFreeFromClean, kFreeFromFar}) {
     ASSERT_GE(schedule.size(), 1u);
     ASSERT_LE(schedule.size(), 4u);

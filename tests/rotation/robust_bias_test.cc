@@ -37,7 +37,7 @@ double relativeError(const RobustBias& estimate, const Vector3d& truth) {
 Vector3d unprunedBias(const InitWindow& window) {
   const InertialOptions inertial;
   MultiGapProblem problem(window, nullptr, inertial);
-  const int gap = rotation_constants::kLongestGap;
+  const int gap = kLongestGap;
   Baselines drawn =
       problem.findBaselines(Vector3d::Zero(), gap, {10.0}, unknownBaselines(problem.pairs()))
           .baselines;

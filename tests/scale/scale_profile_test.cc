@@ -19,7 +19,6 @@
 #include "support/exact_window.h"
 #include "support/track_views.h"
 #include "support/true_state.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {

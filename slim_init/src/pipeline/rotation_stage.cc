@@ -12,15 +12,12 @@
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "pipeline/solver_support.h"
-#include "rotation/constants.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
-
-using rotation_constants::kLargestReadout;
 
 // With a calibration this near, in standard deviations of what the rotations say of it, they need
 // not be solved again, nor where it is nearer than these: the estimation is linear there.
@@ -297,15 +294,14 @@ bool acceptRotations(const RotationStage& stage, InitResult* result) {
         " the key mask, the back end uses these tracks too"));
     return true;
   }
-  std::string message = text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",
-                             rotation_constants::kMaxBias, ")");
+  std::string message =
+      text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ", kMaxBias, ")");
   if (bias.status == InitStatus::kTooFewTracks) {
-    message = text("0 keyframe pairs with ", rotation_constants::kMinPointsPerPair,
-                   " or more common points (minimum 1)");
-  } else if (bias.status == InitStatus::kInconsistentResiduals) {
     message =
-        text("fraction of the point tracks that agree with one gyroscope bias ",
-             bias.inlierFraction(), " (minimum ", rotation_constants::kMinInlierFraction, ")");
+        text("0 keyframe pairs with ", kMinPointsPerPair, " or more common points (minimum 1)");
+  } else if (bias.status == InitStatus::kInconsistentResiduals) {
+    message = text("fraction of the point tracks that agree with one gyroscope bias ",
+                   bias.inlierFraction(), " (minimum ", kMinInlierFraction, ")");
   }
   fail(bias.status, message, result);
   return false;

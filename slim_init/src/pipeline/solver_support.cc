@@ -7,9 +7,16 @@
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
 #include "slim_init/text.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
+
+namespace {
+
+// Speeds that have to be there before the scale may rest on them: one that slips among fewer does
+// not show.
+constexpr int kFewestSpeeds = 3;
+
+}  // namespace
 
 bool startResult(const InitWindow& window, InitResult* result) {
   result->counts = {window.size(), static_cast<int>(window.pointTracks().size()),
@@ -45,8 +52,7 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
       medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   motion.excitation = forceDeviation(pre, R_b0_bk);
-  motion.has_speeds =
-      static_cast<int>(speedFactors(window, 0.0).size()) >= verdict_constants::kFewestSpeeds;
+  motion.has_speeds = static_cast<int>(speedFactors(window, 0.0).size()) >= kFewestSpeeds;
   return motion;
 }
 

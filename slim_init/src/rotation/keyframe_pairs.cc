@@ -8,12 +8,16 @@
 
 #include "data/derived_window.h"
 #include "geometry/so3.h"
-#include "rotation/constants.h"
 
 namespace slim_init {
-using namespace rotation_constants;  // NOLINT: the constants of this module
-
 namespace {
+
+// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
+// point nearer to the baseline than this has noise of second order that the weight, of first
+// order, does not know.
+constexpr double kMinNoise = 1e-2;
+// Mean squared residual [sigma^2] below which a baseline needs no rival; that of good data is one.
+constexpr double kGoodEnough = 1.3;
 
 // Small fixed sequence of indices; the standard library's distributions differ between libraries.
 class Sequence {

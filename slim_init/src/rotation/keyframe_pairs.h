@@ -7,12 +7,34 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <iterator>
 #include <vector>
 
 #include "imu/preintegration.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {
+
+/// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
+/// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
+inline constexpr int kGaps[] = {1, 2, 4, 8};
+inline constexpr int kLongestGap = *(std::end(kGaps) - 1);
+/// Pairs with fewer common points are neither used nor tested.
+inline constexpr int kMinPointsPerPair = 6;
+/// Gap [keyframes] over which a camera has turned enough to say something of the calibration, a
+/// bias still unknown turns it little, and the tracks have not yet drifted: that of the first bias
+/// and of the rotations that are freed.
+inline constexpr int kShortGap = 2;
+/// Largest gap [keyframes] at which observations are tested and a bias is rated: a wrong one shows
+/// at long gaps, but over longer ones the rotation is less certain and clean tracks have drifted.
+inline constexpr int kLongGap = 4;
+/// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
+/// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
+inline constexpr double kRelinearizeTolerance = 1e-3;
+
+/// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
+/// a residual. The first ones are wide where the start may be wrong.
+using CutoffSchedule = std::vector<double>;
 
 /// Residuals of the points of a pair.
 struct PointResiduals {

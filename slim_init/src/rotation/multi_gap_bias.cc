@@ -11,10 +11,15 @@
 #include "geometry/so3.h"
 
 namespace slim_init {
-
-using namespace rotation_constants;  // NOLINT: the constants of this module
-
 namespace {
+
+// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
+// of the minimisation: they add a third to the time and then little to the bias.
+constexpr int kMinKeyframesToSkip = 8;
+constexpr int kPointsToSkip = 25;
+// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
+// not built to better than a milliradian.
+constexpr double kVpModelVariance = 1e-6;
 
 // The shortest gap that enters a minimisation.
 int shortestGap(const KeyframePairs& pairs) {

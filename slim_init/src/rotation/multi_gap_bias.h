@@ -9,7 +9,6 @@
 
 #include "geometry/minimize.h"
 #include "lines/vanishing_point.h"
-#include "rotation/constants.h"
 #include "rotation/keyframe_pairs.h"
 #include "rotation/normalized_epipolar_pair.h"
 #include "slim_init/init_window.h"

@@ -15,6 +15,17 @@
 
 namespace slim_init {
 
+/// Prior of the baseline in its elimination, in variances of a bearing: half of one keeps the
+/// Hessian regular where the parallax is of the order of the noise (docs/derivation.md, 1.1).
+inline constexpr double kBaselinePriorSigmas2 = 0.5;
+/// Rotation and direction of travel of a pair, fitted to its points; fewer, counted by their
+/// weight, do not determine them.
+inline constexpr int kPairUnknowns = 5;
+/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
+/// thousandth of a standard deviation of the bias in the last round, a tenth before.
+inline constexpr double kCostTolerance = 1e-9;
+inline constexpr double kRoundTolerance = 1e-5;
+
 /// min over e of e^T M e / e^T N e with derivatives under R Exp(delta), weights fixed.
 struct NormalizedEvaluation {
   double lambda = 0.0;                                  ///< the minimum [rad^2]

@@ -6,12 +6,20 @@
 
 #include "geometry/robust.h"
 #include "imu/imu_quality.h"
-#include "rotation/constants.h"
 
 namespace slim_init {
 namespace {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
+// A solution is clean and kept from this fraction of agreeing observations on, and below this mean
+// truncated squared residual [sigma^2]. Right solutions of clean windows have 0.9, one in ten 1.1;
+// wrong minima mostly 1.2 to 2.4.
+constexpr double kCleanInlierFraction = 0.97;
+constexpr double kCleanCost = 1.15;
+// Work of one bias per keyframe; of one pass per common point of a pair; and of one iteration per
+// pair [units].
+constexpr double kWorkPerKeyframe = 30.0;
+constexpr double kWorkPerPoint = 0.15;
+constexpr double kWorkPerPair = 0.35;
 
 // How a first bias is refined, and again where it does not look clean.
 const std::vector<RefinementPass> kQuick = {{1.5, {4.0}}, {1.0, {3.0}}};

@@ -19,6 +19,13 @@
 
 namespace slim_init {
 
+/// A larger bias is a numerical failure [rad/s].
+inline constexpr double kMaxBias = 1.0;
+/// With a smaller share of agreeing observations there is no consensus.
+inline constexpr double kMinInlierFraction = 0.3;
+/// Start from a bias of zero at short gaps.
+inline const CutoffSchedule kNarrowStart = {3.0, 3.0};
+
 /// Gyroscope bias with the observations that agree with it.
 struct RobustBias {
   /// kTooFewTracks: no keyframe pair has kMinPointsPerPair common points; kInconsistentResiduals:

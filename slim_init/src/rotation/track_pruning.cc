@@ -8,13 +8,20 @@
 #include "data/derived_window.h"
 #include "geometry/robust.h"
 #include "imu/preintegration.h"
-#include "rotation/constants.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
 namespace {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
+// Factor on the squared residual that a link over more than kShortGap keyframes may have.
+constexpr double kLongLinkInflation = 2.0;
+// Motion of a far point by the rotation alone above which a track that stays in its place stands
+// in the image and not in the scene [standard deviations of a bearing]: 12 px.
+constexpr double kTurnedSigmas = 20.0;
+// Share of the tracks from which on they are taken out. Windows of a rigid scene have less.
+constexpr double kMinStaticFraction = 0.05;
+// Share above which none stands: the gyroscope has a glitch, or the images do not change.
+constexpr double kMaxStaticFraction = 0.5;
 
 enum Link : char { kUntested, kAgrees, kDisagrees };
 

@@ -21,6 +21,9 @@
 
 namespace slim_init {
 
+/// A point with a larger residual disagrees with the bias [sigma].
+inline constexpr double kAgreementSigmas = 3.5;
+
 /// Outcome of a pruning.
 struct TrackPruning {
   /// One ObservationVerdict per observation, indexed as InitWindow::pointObservations().
