@@ -19,10 +19,10 @@ using Eigen::Vector3d;
 TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
   const KeyframePairs pairs(window, kLongGap);
   GyroRotations gyro(window);
-  gyro.linearizeNear(gyro_bias, kRelinearizeTolerance);
+  gyro.linearizeNear(gyro_bias);
+  Baselines baselines = unknownBaselines(pairs);
   return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kLongGap), {kAgreementSigmas},
-                     unknownBaselines(pairs))
-      .tracks;
+                     &baselines);
 }
 
 // The first track of at least eight observations, so many of them displaced in both axes, from the
@@ -100,15 +100,15 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8);
   GyroRotations gyro(*exact.window);
-  gyro.linearizeNear(bias, kRelinearizeTolerance);
-  Baselines known = unknownBaselines(pairs);
-  known.back() = Vector3d::UnitY();
-  const PairPruning shared =
-      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, kLongGap), {kAgreementSigmas}, known);
-  EXPECT_EQ(shared.tracks.keep, alone.keep);
+  gyro.linearizeNear(bias);
+  Baselines baselines = unknownBaselines(pairs);
+  baselines.back() = Vector3d::UnitY();
+  const TrackPruning shared = pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, kLongGap),
+                                          {kAgreementSigmas}, &baselines);
+  EXPECT_EQ(shared.keep, alone.keep);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
-  EXPECT_EQ(shared.baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
-  EXPECT_GT(shared.baselines.front().norm(), 0.0);
+  EXPECT_EQ(baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
+  EXPECT_GT(baselines.front().norm(), 0.0);
 }
 
 }  // namespace

@@ -144,7 +144,7 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   out.is_near = std::max(ratio, 1.0 / ratio) < kNoisyTracks;
   const bool kept = given == GivenCalibration::kKept;
   out.readout = readoutBelief(kept ? ReadoutCheck() : stage.bias.readout, handed_in, seen);
-  if (kept || stage.bias.point_pairs == 0) return out;
+  if (kept || stage.bias.status == InitStatus::kTooFewTracks) return out;
   // Rows that are exposed one after the other cost six times the work.
   out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
   const double off = std::abs(out.value.readout_s - seen.readout_s);
@@ -173,7 +173,6 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
                                RotationStage* stage) {
   stage->window = raw;
   const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
-    if (!(raw->calibration().readout_s > 0.0)) return;
     if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
   };
   compensate(Eigen::Vector3d::Zero());
@@ -255,7 +254,6 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better = solveRotations(raw, handed_in, given, options, budget, &stage);
   }
   Calibration found = stage.window->calibration();
-  stage.measured_sigma_px = stage.bias.track_sigma * found.focal_px;
   if (better.value.sigma_px != found.pointSigmaPx()) {
     found.sigma_px = better.value.sigma_px;
     stage.window = withCalibration(*stage.window, found);
@@ -268,8 +266,9 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
 }
 
 void setTrackNoise(const RotationStage& stage, InitResult* result) {
-  const double measured = stage.measured_sigma_px;
-  const double assumed = stage.window->calibration().pointSigmaPx();
+  const Calibration& calibration = stage.window->calibration();
+  const double measured = stage.bias.track_sigma * calibration.focal_px;
+  const double assumed = calibration.pointSigmaPx();
   result->track_noise = {measured, assumed};
   if (!(measured > kNoisyTracks * assumed)) return;
   result->warnings.push_back(

@@ -57,10 +57,10 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
 }
 
 IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                                 const Eigen::Vector3d& accel_bias, const ImuNoise& noise) {
+                                 const Eigen::Vector3d& accel_bias,
+                                 const InertialOptions& inertial) {
   IntegratedWindow out;
-  out.pre = preintegrateWindow(window, {gyro_bias, accel_bias}, noise, 0.0,
-                               PreintegrationParts::kWithCovariance);
+  out.pre = preintegrateInflated(window, gyro_bias, accel_bias, inertial);
   out.R_b0_bk = chainRotations(out.pre);
   out.R_c0_ck = cameraRotations(out.R_b0_bk, window.calibration().R_b_c);
   out.motion = measureMotion(window, out.pre, out.R_b0_bk);

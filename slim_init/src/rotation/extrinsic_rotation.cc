@@ -171,7 +171,6 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
       const auto turned = withRotation(window, out.R_b_c);
       if (turned == nullptr) break;
       seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
-      if (seen == nullptr) break;
     }
     // Neighbours: their rotation the points see alone.
     const KeyframePairs pairs(*seen, 1);

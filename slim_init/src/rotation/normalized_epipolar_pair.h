@@ -44,12 +44,10 @@ class NormalizedEpipolarPair {
   /// Robust weights in [0, 1] summed: the number of points that still count.
   double robustCount() const { return robust_count_; }
 
-  /// Sets every weight to that of `mask` (one per point, 1: used, 0: left out; empty: all used).
-  void weighEqually(const PairPoints& points, const Eigen::ArrayXd& mask);
-
   /// Sets the weights of a Geman-McClure loss, 1 / (1 + z^2 / c^2)^2, at R and `baseline`, each
-  /// divided by the point's own noise, zero where `mask` is. z is the point's residual e . m in
-  /// units of its standard deviation, `sigma` [rad] that of a bearing, c = `cutoff_sigmas`.
+  /// divided by the point's own noise, zero where `mask` is (empty: all are used). z is the point's
+  /// residual e . m in units of its standard deviation, `sigma` [rad] that of a bearing,
+  /// c = `cutoff_sigmas`. With a baseline of zero all points weigh alike.
   void weigh(const PairPoints& points, const Eigen::ArrayXd& mask, const Eigen::Matrix3d& R_ci_cj,
              const Eigen::Vector3d& baseline, double sigma, double cutoff_sigmas);
 
