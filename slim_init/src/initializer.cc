@@ -76,7 +76,7 @@ class Initializer : public IInitializer {
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t generation = generation_;
     SolveMemory memory = std::exchange(memory_, SolveMemory(options_.window.fullSpan()));
-    KeyframeWindow snapshot = window_.snapshot();
+    KeyframeWindow snapshot = window_;
     lock.unlock();
     const InitResult result =
         SnapshotSolve(*solver_, short_window_, options_, std::move(snapshot), priors, &memory)
