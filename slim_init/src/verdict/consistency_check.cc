@@ -59,6 +59,16 @@ double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavSt
   return shared < kMinSharedInstants ? kNotComputed : std::log(length_now / length_before);
 }
 
+// NaN: too few earlier solves.
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
+  const char* what = std::isfinite(disagreement_sigmas)
+                         ? "difference of the scale from the earlier solves"
+                         : "consistency check not possible yet: too few earlier solves to compare "
+                           "the scale with";
+  return makeGate(GateName::kAgreement, what, "sigma",
+                  atMost(disagreement_sigmas, max_disagreement), InitStatus::kScaleTooUncertain);
+}
+
 }  // namespace
 
 void ConsistencyCheck::reset() { earlier_.clear(); }

@@ -313,15 +313,6 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
   return gates;
 }
 
-GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
-  const char* what = std::isfinite(disagreement_sigmas)
-                         ? "difference of the scale from the earlier solves"
-                         : "consistency check not possible yet: too few earlier solves to compare "
-                           "the scale with";
-  return makeGate(GateName::kAgreement, what, "sigma",
-                  atMost(disagreement_sigmas, max_disagreement), InitStatus::kScaleTooUncertain);
-}
-
 std::string describe(const GateValue& gate) {
   std::string value = " not measured";
   if (std::isfinite(gate.value)) {

@@ -148,10 +148,6 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
                                         double tilt_sigma_deg, GateOptions options,
                                         const ProvisionalOptions& provisional);
 
-/// Gate "agreement" (scale too uncertain): difference of the log scale from the earlier solves, in
-/// its standard deviations; NaN if there are too few of them (ConsistencyCheck).
-GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
-
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);
 
