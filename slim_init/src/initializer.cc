@@ -12,7 +12,6 @@
 #include "session/snapshot_solve.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
@@ -62,7 +61,7 @@ class Initializer : public IInitializer {
   void setTd(double td) override {
     const std::lock_guard<std::mutex> lock(mutex_);
     // Estimates before and after are not of the same instants.
-    if (std::abs(td - window_.calibration().td) > verdict_constants::kSameInstant) forget();
+    if (std::abs(td - window_.calibration().td) > ConsistencyCheck::kSameInstant) forget();
     window_.setTd(td);
   }
   void reset() override {
@@ -77,7 +76,7 @@ class Initializer : public IInitializer {
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t generation = generation_;
     SolveMemory memory = std::exchange(memory_, SolveMemory(options_.window.fullSpan()));
-    KeyframeWindow snapshot = window_.snapshot();
+    KeyframeWindow snapshot = window_;
     lock.unlock();
     const InitResult result =
         SnapshotSolve(*solver_, short_window_, options_, std::move(snapshot), priors, &memory)

@@ -151,7 +151,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3. [6] What the motion
   // offers.
   const auto [pre, R_b0_bk, R_c0_ck, motion] =
-      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), rotation.bias.imu_noise);
+      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
   appendGates(motionGates(motion, options.gates), &result);
   clock.lap("integration");
   if (endsWithoutTranslation(options.gates.mode, &result)) {

@@ -183,16 +183,5 @@ TEST(StreamCountsTest, AddUp) {
   }
 }
 
-TEST(StreamOptionsTest, NameFieldValueAndBound) {
-  EXPECT_EQ(StreamOptions().validate(), "");
-  EXPECT_EQ(trackerOptions().validate(), "");
-  StreamOptions options;
-  options.restart_on_frame_gap = true;
-  EXPECT_EQ(options.validate(), "restart_on_frame_gap is set and live is not");
-  options = StreamOptions();
-  options.imu.max_accel = 16.0;
-  EXPECT_EQ(options.validate(), "imu.max_accel is 16, must be in [19.6, inf]");
-}
-
 }  // namespace
 }  // namespace slim_init

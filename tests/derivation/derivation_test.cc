@@ -236,7 +236,7 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
     PairPoints points;
     addNoisy(pair, kSigma, seed, &points);
     NormalizedEpipolarPair noisy;
-    noisy.weighEqually(points, {});
+    noisy.weigh(points, {}, Matrix3d::Identity(), Vector3d::Zero(), kSigma, 3.0);
     return [noisy](const Matrix3d& R) { return noisy.evaluate(R, 0.0); };
   });
   const double eigenvalue = bias([&](unsigned seed) {

@@ -105,11 +105,10 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
 
   template <int D, typename View, typename Parameters>
   void checkRows(const View& view, const Parameters& parameters, double readout_s) {
-    const RowMotion rows = {t_b_c_, readout_s};
     const ImuInstant imu = {random(), 9.81 * random().normalized()};
     const auto residual = [&](const WindowState& state, ViewDerivatives<D>* at,
                               RowJacobian* by_row) {
-      evaluateAtRow(view, parameters, {state, rows, imu}, 300.0, at, by_row);
+      evaluateAtRow(view, parameters, {state, t_b_c_, readout_s, imu}, 300.0, at, by_row);
     };
     ViewDerivatives<D> analytic;
     RowJacobian by_row;

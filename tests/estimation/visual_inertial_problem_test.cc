@@ -13,7 +13,6 @@
 #include <array>
 #include <random>
 
-#include "estimation/constants.h"
 #include "estimation/refine_window.h"
 #include "geometry/so3.h"
 #include "support/ceres_window.h"
@@ -108,7 +107,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   }
   for (std::size_t t = 0; t < ends.size(); ++t) {
     const Track& track = window.lineTracks()[t];
-    if (track.size() < estimation_constants::kMinLineViews) continue;
+    if (track.size() < kMinLineViews) continue;
     const std::vector<LineView> views = lineViews(window, track);
     LineParameters start;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c, &start));

@@ -83,7 +83,7 @@ Freed freed(double depth, double step, double wrong) {
     rotation.R_ci_cj = expSO3(error);
     for (const RotationCorrection& pair :
          freeRotations(pairs, PairRotations(pairs.size(), rotation), unknownBaselines(pairs), kGap,
-                       rotation_constants::kFreeFromFar)) {
+                       kFreeFromFar)) {
       ++out.found;
       out.right += (pair.phi + error).norm() < kNear;
     }

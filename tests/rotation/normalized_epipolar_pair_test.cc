@@ -49,7 +49,7 @@ Scene makeScene(int points, double sigma, const Vector3d& t, unsigned seed, int 
     scene.points.add(f_i, f_j);
     scene.plain.add(f_i, f_j);
   }
-  scene.normalized.weighEqually(scene.points, {});
+  scene.normalized.weigh(scene.points, {}, scene.R_ci_cj, Vector3d::Zero(), kSigma, 3.0);
   return scene;
 }
 
@@ -188,13 +188,13 @@ TEST(NormalizedEpipolarPair, MaskedPointsDoNotCount) {
   Eigen::ArrayXd mask = Eigen::ArrayXd::Ones(60);
   mask.head(10).setZero();
   NormalizedEpipolarPair pair;
-  pair.weighEqually(disturbed, mask);
+  pair.weigh(disturbed, mask, scene.R_ci_cj, Vector3d::Zero(), kSigma, 3.0);
   EXPECT_EQ(pair.robustCount(), 50.0);
   EXPECT_NEAR(pair.evaluate(scene.R_ci_cj, 0.0).lambda, 0.0, 1e-15);
   const Vector3d e = Vector3d(0.5, 0.1, 0.0).normalized();
   pair.weigh(disturbed, mask, scene.R_ci_cj, e, kSigma, 3.0);
   EXPECT_NEAR(pair.robustCount(), 50.0, 1e-9);
-  pair.weighEqually(disturbed, {});
+  pair.weigh(disturbed, {}, scene.R_ci_cj, Vector3d::Zero(), kSigma, 3.0);
   EXPECT_EQ(pair.robustCount(), 60.0);
   EXPECT_GT(pair.evaluate(scene.R_ci_cj, 0.0).lambda, 1e-6);
 }

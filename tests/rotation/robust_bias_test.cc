@@ -37,10 +37,9 @@ double relativeError(const RobustBias& estimate, const Vector3d& truth) {
 Vector3d unprunedBias(const InitWindow& window) {
   const InertialOptions inertial;
   MultiGapProblem problem(window, nullptr, inertial);
-  const int gap = rotation_constants::kLongestGap;
-  Baselines drawn =
-      problem.findBaselines(Vector3d::Zero(), gap, {10.0}, unknownBaselines(problem.pairs()))
-          .baselines;
+  const int gap = kLongestGap;
+  Baselines drawn = unknownBaselines(problem.pairs());
+  findBaselines(problem.pairs(), problem.rotationsAt(Vector3d::Zero(), gap), gap, {10.0}, &drawn);
   return problem.minimize(Vector3d::Zero(), gap, {10.0, 5.0, 3.0, 3.0}, {}, std::move(drawn))
       .gyro_bias;
 }

@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "rotation/constants.h"
 #include "slim_init/options.h"
 #include "support/exact_window.h"
 
@@ -18,12 +17,12 @@ using Eigen::Vector3d;
 
 // With the pairs and rotations that the pruning needs, and nothing known of the baselines.
 TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
-  const KeyframePairs pairs(window, rotation_constants::kLongGap);
+  const KeyframePairs pairs(window, kLongGap);
   GyroRotations gyro(window);
-  gyro.linearizeNear(gyro_bias, rotation_constants::kRelinearizeTolerance);
-  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kLongGap),
-                     {rotation_constants::kAgreementSigmas}, unknownBaselines(pairs))
-      .tracks;
+  gyro.linearizeNear(gyro_bias);
+  Baselines baselines = unknownBaselines(pairs);
+  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kLongGap), {kAgreementSigmas},
+                     &baselines);
 }
 
 // The first track of at least eight observations, so many of them displaced in both axes, from the
@@ -101,16 +100,15 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8);
   GyroRotations gyro(*exact.window);
-  gyro.linearizeNear(bias, rotation_constants::kRelinearizeTolerance);
-  Baselines known = unknownBaselines(pairs);
-  known.back() = Vector3d::UnitY();
-  const PairPruning shared =
-      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kLongGap),
-                  {rotation_constants::kAgreementSigmas}, known);
-  EXPECT_EQ(shared.tracks.keep, alone.keep);
+  gyro.linearizeNear(bias);
+  Baselines baselines = unknownBaselines(pairs);
+  baselines.back() = Vector3d::UnitY();
+  const TrackPruning shared = pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, kLongGap),
+                                          {kAgreementSigmas}, &baselines);
+  EXPECT_EQ(shared.keep, alone.keep);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
-  EXPECT_EQ(shared.baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
-  EXPECT_GT(shared.baselines.front().norm(), 0.0);
+  EXPECT_EQ(baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
+  EXPECT_GT(baselines.front().norm(), 0.0);
 }
 
 }  // namespace

@@ -13,12 +13,9 @@
 #include "geometry/so3.h"
 #include "scale/scale_profile.h"
 #include "support/exact_window.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
-
-using namespace verdict_constants;  // NOLINT: the constants under test
 
 const GateOptions kOptions;
 
@@ -71,8 +68,8 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
   Calibration handed_in;
   constexpr double kSigmaDeg = 1.0, kSigmaS = 0.002;
   constexpr double kRadPerDeg = M_PI / 180.0;
-  const double doubt_deg = verdict_constants::kCertainSigmas * kSigmaDeg;
-  const double doubt_s = verdict_constants::kCertainSigmas * kSigmaS;
+  const double doubt_deg = kCertainSigmas * kSigmaDeg;
+  const double doubt_s = kCertainSigmas * kSigmaS;
   CalibrationEstimate found;
   found.covariance.diagonal().head<3>().setConstant(std::pow(kSigmaDeg * kRadPerDeg, 2));
   found.covariance(6, 6) = kSigmaS * kSigmaS;
@@ -165,7 +162,7 @@ PosteriorMeasures beyondBounds(double share) {
   out.mean_acceleration = kMaxMeanAcceleration * (1.0 + share);
   out.point_spread_deg = kMinPointSpreadDeg * (1.0 - share);
   out.scale_sigma = kOptions.max_scale_sigma * (1.0 + share);
-  out.other_scale_rise = verdict_constants::kMinOtherScaleRise * (1.0 - share);
+  out.other_scale_rise = kMinOtherScaleRise * (1.0 - share);
   return out;
 }
 

@@ -31,6 +31,9 @@ class ConsistencyCheck {
   /// Fraction of `full_span_s` from which a window is full: keyframes fall on images.
   static constexpr double kFullFraction = 0.9;
 
+  /// Two timestamps are the same when they are this close [s]: nearer than two images.
+  static constexpr double kSameInstant = 1e-3;
+
   /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullFraction of it are
   /// expanding. `max_disagreement`: bound on the difference of the log scales in standard
   /// deviations; zero: no check. `earlier_estimates`: of an expanding window, at least 1.

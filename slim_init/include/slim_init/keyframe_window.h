@@ -27,8 +27,8 @@ struct WindowCut {
 /// message passes a StreamCheck first; lines meet their frame here, whichever comes first; the time
 /// offset td is applied here and nowhere else (Calibration::imuTime).
 ///
-/// Not thread-safe: one owner feeds and cuts; another thread cuts from a snapshot(). Memory is
-/// bounded by WindowOptions::buffer_s.
+/// Not thread-safe: one owner feeds and cuts; another thread cuts from a copy, which shares the
+/// frames. Memory is bounded by WindowOptions::buffer_s.
 class KeyframeWindow {
  public:
   /// Calibration and options are taken as they are; call their validate() first.
@@ -74,10 +74,6 @@ class KeyframeWindow {
   /// The same of the frames within `span` [s, IMU clock]; kMinKeyframes are enough.
   WindowCut cutWithin(const WindowOptions& selection, const TimeSpan& span) const;
 
-  /// The buffer as it is, to cut from while this one receives more data. Frames are shared, IMU
-  /// samples and speeds are copied. It has no counts and no waiting lines.
-  KeyframeWindow snapshot() const;
-
   /// IMU samples held, oldest first.
   const std::deque<ImuSample>& imu() const { return imu_; }
 
@@ -92,7 +88,7 @@ class KeyframeWindow {
  private:
   struct BufferedFrame {
     double stamp = 0.0;  // camera clock [s]
-    // t on the IMU clock; cleaned (data/clean_frame.h). Shared with snapshots: never changed.
+    // t on the IMU clock; cleaned (data/clean_frame.h). Shared with copies: never changed.
     std::shared_ptr<const FrameObservation> observation;
   };
   struct WaitingLines {
@@ -105,10 +101,9 @@ class KeyframeWindow {
   bool merge(std::vector<LineObservation> lines, FrameObservation* observation);
   void mergeWaiting(double stamp, FrameObservation* observation);
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
-  int newestCovered(double last) const;
   double frameTime(int i) const { return frames_[i].observation->t; }
   double imuStart(int newest) const;
-  std::vector<int> chooseKeyframes(const WindowOptions& selection, int newest, double first,
+  std::vector<int> chooseKeyframes(const WindowOptions& selection, const TimeSpan& span,
                                    std::string* reason) const;
   WindowCut makeWindow(const std::vector<int>& chosen, int needed, const std::string& reason) const;
   std::vector<int> spreadKeyframes(const WindowOptions& selection,

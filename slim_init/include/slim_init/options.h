@@ -49,9 +49,6 @@ struct VanishingPointOptions {
   double inlier_threshold_deg = 1.0;  ///< a line this close is an inlier; t_in [deg]
   int min_inliers = 8;                ///< minimum number of lines of a vanishing point
   double match_threshold_deg = 6.0;   ///< predicted to observed direction [deg]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Structureless visual-inertial refinement of `slim`.

@@ -49,9 +49,6 @@ const char* toString(InitStatus status);
 /// kProvisional, kTimeLimit).
 bool isWait(InitStatus status);
 
-/// True where an estimate was computed and then rejected by a gate.
-bool isRefused(InitStatus status);
-
 /// For consoles: `message` with "; " and what a user can do about `status`
 /// (docs/does_not_initialize.md); `message` alone if there is nothing to do, as for a success.
 std::string withRemedy(const std::string& message, InitStatus status);

@@ -76,14 +76,11 @@ struct StreamOptions {
   /// dropped.
   bool live = false;
   /// A confirmed gap of more than StreamCheck::kJump between frames is a restart as well. For
-  /// trackers, which cannot match across it. Needs `live`.
+  /// trackers, which cannot match across it. Without `live` it has no effect.
   bool restart_on_frame_gap = false;
 
   /// Streams of a running system.
   static StreamOptions liveData(const ImuLimits& imu = ImuLimits());
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Judges IMU samples and frames by their values and stamps. It keeps no data: its owner drops all

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "data/clean_frame.h"
@@ -116,14 +115,6 @@ void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lin
   counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
 }
 
-// Index of the newest frame up to `last` that the IMU covers, or -1.
-int KeyframeWindow::newestCovered(double last) const {
-  if (imu_.empty()) return -1;
-  int newest = static_cast<int>(frames_.size()) - 1;
-  while (newest >= 0 && frameTime(newest) > std::min(last, imu_.back().t)) --newest;
-  return newest;
-}
-
 // Start of the samples without a gap that reach the frame `newest`, which the IMU covers.
 double KeyframeWindow::imuStart(int newest) const {
   // The first sample at or after the frame closes the window; it exists.
@@ -136,10 +127,12 @@ double KeyframeWindow::imuStart(int newest) const {
 }
 
 // Indices of the keyframes, newest first; `reason` is what ended the choice.
-std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection, int newest,
-                                                 double first, std::string* reason) const {
+std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
+                                                 const TimeSpan& span, std::string* reason) const {
   std::vector<int> chosen;
   *reason = "the IMU data cover no frame yet";
+  int newest = imu_.empty() ? -1 : static_cast<int>(frames_.size()) - 1;
+  while (newest >= 0 && frameTime(newest) > std::min(span.last, imu_.back().t)) --newest;
   if (newest < 0) return chosen;
   // Every frame that may be one of a window of max_span_s.
   std::vector<int> usable;
@@ -156,8 +149,9 @@ std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
     if (i < newest && time(i + 1) - time(i) > selection.max_frame_gap_s) {
       end = text("a gap of ", time(i + 1) - time(i), " s between frames (limit ",
                  selection.max_frame_gap_s, " s) restarts the window");
-    } else if (time(i) < first) {
-      end = text("the window begins ", time(newest) - first, " s ago, earlier frames are not used");
+    } else if (time(i) < span.first) {
+      end = text("the window begins ", time(newest) - span.first,
+                 " s ago, earlier frames are not used");
     } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
       end = text("the newest frame lies in a gap of the IMU data (limit ", options_.max_imu_gap_s,
                  " s)");
@@ -227,8 +221,7 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
 
 WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) const {
   std::string reason;
-  const double ever = std::numeric_limits<double>::infinity();
-  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(ever), -ever, &reason);
+  std::vector<int> chosen = chooseKeyframes(selection, {-HUGE_VAL, HUGE_VAL}, &reason);
   int needed = selection.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),
@@ -240,8 +233,7 @@ WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) con
 
 WindowCut KeyframeWindow::cutWithin(const WindowOptions& selection, const TimeSpan& span) const {
   std::string reason;
-  const std::vector<int> chosen =
-      chooseKeyframes(selection, newestCovered(span.last), span.first, &reason);
+  const std::vector<int> chosen = chooseKeyframes(selection, span, &reason);
   return makeWindow(chosen, kMinKeyframes, reason);
 }
 
@@ -278,21 +270,7 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   return result;
 }
 
-KeyframeWindow KeyframeWindow::snapshot() const {
-  KeyframeWindow copy(calibration_, options_, check_.options());
-  copy.imu_ = imu_;
-  copy.frames_ = frames_;
-  copy.speeds_ = speeds_;
-  return copy;
-}
-
-void KeyframeWindow::reset() {
-  imu_.clear();
-  frames_.clear();
-  speeds_.clear();
-  waiting_.clear();
-  check_ = StreamCheck(check_.options());
-}
+void KeyframeWindow::reset() { *this = KeyframeWindow(calibration_, options_, check_.options()); }
 
 // After a jump in time: nothing of the old time is used again, counts stay.
 void KeyframeWindow::dropData() {

@@ -345,8 +345,6 @@ std::string WindowOptions::validate() const {
       .message();
 }
 
-std::string VanishingPointOptions::validate() const { return RangeCheck::of(*this).message(); }
-
 std::string InitializerOptions::validate() const {
   RangeCheck check = RangeCheck::of(*this);
   check.nested("window", window.validate());

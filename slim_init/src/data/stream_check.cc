@@ -30,12 +30,6 @@ StreamOptions StreamOptions::liveData(const ImuLimits& imu) {
   return options;
 }
 
-std::string StreamOptions::validate() const {
-  if (restart_on_frame_gap && !live) return "restart_on_frame_gap is set and live is not";
-  const std::string message = imu.validate();
-  return message.empty() ? "" : "imu." + message;
-}
-
 AddStatus StreamCheck::checkImu(const ImuSample& sample) {
   AddStatus status = AddStatus::kNotFinite;
   if (options_.imu.exceededBy(sample)) {

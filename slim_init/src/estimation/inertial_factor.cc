@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "estimation/constants.h"
 #include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
@@ -58,8 +57,6 @@ bool inertialWhitening(const Preintegration& pre, Eigen::Matrix<double, 9, 9>* W
   llt.matrixL().solveInPlace(*W);
   return W->allFinite();
 }
-
-using namespace estimation_constants;  // NOLINT: the constants of this module
 
 RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig) {
   RigVector sigma;

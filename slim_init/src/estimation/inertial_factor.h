@@ -15,6 +15,9 @@
 
 namespace slim_init {
 
+/// Information that holds a bias, or an inverse depth, at zero, 1 / (1e-6 m/s^2)^2.
+inline constexpr double kHold = 1e12;
+
 /// Columns of the Jacobian of one factor: theta_i, p_i, theta_j, p_j, v_i, v_j, b_g, b_a, gravity.
 constexpr int kInertialColumns = 26;
 

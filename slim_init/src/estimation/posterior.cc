@@ -3,18 +3,19 @@
 
 #include <cmath>
 
-#include "estimation/constants.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
 
+// Step of the central differences of the attitude by the direction of gravity [rad]: good to 1e-9.
+constexpr double kGravityStep = 1e-5;
+
 // d alpha / d gravity, 3x2: how the attitude A of b0 in the world, A Exp(alpha), follows the
 // direction of gravity. The yaw of the first body stays zero, which has no simple closed form;
 // central differences of a smooth function are good to 1e-9.
 Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b0) {
-  using estimation_constants::kGravityStep;
   const double G = gravity_b0.norm();
   const Eigen::Vector3d down = gravity_b0 / G;
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
@@ -85,7 +86,7 @@ Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& informati
   const Eigen::Index m = information.rows();
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(m + StateLayout::kRig, m + StateLayout::kRig);
   held.topLeftCorner(m, m) = information;
-  held.diagonal().tail<StateLayout::kRig>().setConstant(estimation_constants::kHold);
+  held.diagonal().tail<StateLayout::kRig>().setConstant(kHold);
   return posteriorOf(state, held, Calibration(), std::vector<ImuInstant>(state.size()));
 }
 

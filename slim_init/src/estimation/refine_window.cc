@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/constants.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/robust.h"
 #include "imu/imu_quality.h"
@@ -13,7 +12,21 @@
 namespace slim_init {
 namespace {
 
-using namespace estimation_constants;  // NOLINT: the constants of this module
+// A first minimisation goes on to this squared length of a step [sigma^2]: noise and outliers are
+// told from its residuals, and a second one follows.
+constexpr double kRoughTolerance = 1.0;
+// What gross errors among the tracks may make of the chi-square in the right minimum, as a factor
+// on that of a wrong one: beyond it another minimum is looked for, since the gate would refuse.
+constexpr double kGrossErrors = 1.5;
+// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
+constexpr double kRayleighMedian = 1.17741;
+// Median of the larger of two independent unit |Gaussians|.
+constexpr double kMaxOfTwoMedian = 1.05;
+// First-order biases are exact enough below this [rad/s].
+constexpr double kRelinearizeGyro = 5e-3;
+// A time offset is first-order exact enough below this [s]: accelerations of 10 rad/s^2 turn the
+// body by 5e-6 rad more than the mean rate says.
+constexpr double kRelinearizeTd = 1e-3;
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {

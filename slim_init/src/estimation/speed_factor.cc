@@ -4,14 +4,17 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "estimation/constants.h"
 #include "geometry/robust.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
 
-using namespace estimation_constants;  // NOLINT: the constants of this module
+// Re-weightings of the speeds and their common error at one state: an error that the motion
+// contradicts is free after these.
+constexpr int kSpeedScalePasses = 12;
+// A speed, or their common error, with a smaller weight is contradicted: 3.6 standard deviations.
+constexpr double kContradictedSpeed = 0.17;
 
 // Between two samples. Their errors are not averaged: the next keyframe may lie between the same.
 SpeedFactor interpolated(const SpeedSample& a, const SpeedSample& b, double u,

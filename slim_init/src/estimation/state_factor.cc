@@ -4,14 +4,18 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "estimation/constants.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
 
-using namespace estimation_constants;  // NOLINT: the constants of this module
+// Data whose information is a smaller share of the prior's than this say nothing against it.
+constexpr double kLeastInformation = 1e-3;
+// On the bounds of the test, squared errors beyond the covariance: those of model errors of tracks
+// and IMU, and, for all that a wrong velocity or tilt bends, of the linearisation too.
+constexpr double kBiasTestMargin = 1.5;
+constexpr double kStateTestMargin = 2.25;
 
 struct Rows {
   int at, size;

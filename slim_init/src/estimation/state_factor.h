@@ -15,6 +15,10 @@
 
 namespace slim_init {
 
+/// Standard deviations of the parts of a state (StatePart) of which nothing is known: velocity of a
+/// fast vehicle [m/s], attitude [rad], biases of the worst sensors [rad/s, m/s^2].
+inline constexpr double kUnknown[] = {30.0, 1.0, 0.3, 1.0};
+
 /// Rows: velocity in the body (3), direction of gravity (2), b_g (3), b_a (3).
 constexpr int kStateRows = 11;
 /// Columns: v_0 (3), b_g (3), b_a (3), gravity (2), rotation, translation, td of the rig (7).

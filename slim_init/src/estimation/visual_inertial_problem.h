@@ -156,6 +156,7 @@ class VisualInertialProblem {
     Elimination<4> lines;
   };
 
+  bool pointsAtInfinity() const { return priors_.known && priors_.known->points_at_infinity; }
   double workOfLinearization() const;
   void triangulateAll(const WindowState& state);
   double addPriors(const WindowState& state, System* system) const;
@@ -201,15 +202,13 @@ class VisualInertialProblem {
   RefinementOptions options_;
   InertialOptions inertial_;
   StateLayout layout_;
-  Eigen::Vector3d t_b_c_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;
-  RowMotion rows_;
+  Eigen::Vector3d t_b_c_;
+  double readout_s_;
   bool rolling_;  // rows are exposed one after the other
   bool by_row_;   // the readout time is known, or estimated
-  RigPrior rig_;
-  std::optional<MotionPrior> motion_;
-  std::optional<StateFactor> known_;
+  WindowPriors priors_;
   StateCovariance known_information_ = StateCovariance::Zero();
   std::vector<SpeedFactor> speeds_;
   double td_shift_ = 0.0;              // of the preintegrations [s]

@@ -67,8 +67,8 @@ template <typename View, typename Parameters, int D>
 RowJacobian evaluateRow(const View& view, const Parameters& parameters, const RowExposure& at,
                         double row, double sqrt_information, ViewDerivatives<D>* out) {
   const Eigen::Vector3d v = at.state.v_b0.col(view.keyframe);
-  const double dt = row * at.rows.readout_s;
-  const CameraPlace place = {at.rows.t_b_c + dt * at.imu.rate.cross(at.rows.t_b_c), dt * v};
+  const double dt = row * at.readout_s;
+  const CameraPlace place = {at.t_b_c + dt * at.imu.rate.cross(at.t_b_c), dt * v};
   evaluate(view, parameters, at.state, place, sqrt_information, out);
   RowJacobian by_row;
   const Eigen::Matrix<double, 2, 3> by_position = out->J_pose.template rightCols<3>();
@@ -88,7 +88,7 @@ void evaluateAtRow(const PointView& view, const PointParameters& point, const Ro
 
 void evaluateAtRow(const LineView& view, const LineParameters& line, const RowExposure& at,
                    double sqrt_information, ViewDerivatives<4>* out, RowJacobian* by_row) {
-  if (at.rows.readout_s == 0.0) {
+  if (at.readout_s == 0.0) {
     // One exposure: the derivative alone depends on the row.
     *by_row = evaluateRow(view, line, at, 1.0, sqrt_information, out);
     const Eigen::Vector2d row(view.start_row, view.end_row);

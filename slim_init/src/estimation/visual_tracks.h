@@ -55,17 +55,12 @@ PointParameters triangulate(const PointView* views, int count, const WindowState
 /// keyframe, readout time.
 using RowJacobian = Eigen::Matrix<double, 2, 4>;
 
-/// What all views of a window share.
-struct RowMotion {
-  Eigen::Vector3d t_b_c;   ///< of the calibration
-  double readout_s = 0.0;  ///< of the calibration; zero: a global shutter
-};
-
 /// Where the views of one keyframe are evaluated.
 struct RowExposure {
   const WindowState& state;
-  const RowMotion& rows;
-  const ImuInstant& imu;  ///< motion at the keyframe
+  const Eigen::Vector3d& t_b_c;  ///< of the calibration
+  double readout_s;              ///< of the calibration; zero: a global shutter
+  const ImuInstant& imu;         ///< motion at the keyframe
 };
 
 /// evaluate() at the exposure of the view's own row (of both, for a line), at the state's readout

@@ -15,6 +15,9 @@
 
 namespace slim_init {
 
+/// Keyframes of a line: two views do not constrain the motion.
+inline constexpr int kMinLineViews = 3;
+
 /// Nearest point or line that a start may have [1/m]; nearer ones are wrong matches.
 inline constexpr double kMaxStartInverseDistance = 10.0;
 

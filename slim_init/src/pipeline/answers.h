@@ -4,10 +4,6 @@
 // one at whose beginning a state is known, and of an IMU whose biases were measured before.
 #pragma once
 
-#include "estimation/posterior.h"
-#include "estimation/refine_window.h"
-#include "pipeline/minimum_search.h"
-#include "scale/scale_profile.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
@@ -15,24 +11,6 @@
 #include "slim_init/work_budget.h"
 
 namespace slim_init {
-
-/// A window refined with a prior on its motion.
-struct ProvisionalEstimate {
-  bool valid = false;
-  RefinedWindow refined;
-  Posterior posterior;
-  ScaleMoments scale;
-};
-
-/// Refines from `start` and from its shape flown without acceleration, keeps
-/// the lowest cost and integrates over the scale; again from the most probable scale where that is
-/// another one. Lines take no part.
-ProvisionalEstimate estimateProvisional(const RefinementInput& input, const WindowState& start,
-                                        const InitializerOptions& options);
-
-/// Moves states and covariance of `result`, those of the refined window, to mean and covariance
-/// over the scale.
-void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResult* result);
 
 /// What a host that starts from the newest state asks.
 struct NewestSigmas {

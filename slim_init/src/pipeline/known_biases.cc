@@ -2,7 +2,6 @@
 #include <Eigen/Core>
 
 #include "data/derived_window.h"
-#include "estimation/constants.h"
 #include "estimation/state_factor.h"
 #include "pipeline/answers.h"
 #include "pipeline/solver_support.h"
@@ -33,7 +32,6 @@ void addBiases(const ImuBiases& known, InitResult* result) {
 
 // `result`: of the biases that are left, about zero; with a covariance.
 bool contradicts(const InitResult& result, const InertialOptions& priors) {
-  using namespace estimation_constants;  // NOLINT: of the test of a known state
   StateVector sigma;
   sigma << Eigen::Vector3d::Constant(kUnknown[0]), Eigen::Vector2d::Constant(kUnknown[1]),
       Eigen::Vector3d::Constant(priors.gyro_bias_prior),

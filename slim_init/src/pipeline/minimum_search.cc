@@ -4,13 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/constants.h"
 #include "scale/starting_states.h"
 
 namespace slim_init {
 namespace {
-
-using estimation_constants::kMinLineViews;
 
 // Departure from one line in space, seen from the start, at which a line track is cut, in standard
 // deviations of an end point; leaves a margin for the error of the start.

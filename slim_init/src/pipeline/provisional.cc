@@ -3,12 +3,15 @@
 #include <cmath>
 #include <optional>
 
+#include "estimation/state_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "pipeline/answers.h"
+#include "pipeline/minimum_search.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "scale/scale_profile.h"
 #include "scale/starting_states.h"
 #include "shape/ligt.h"
 #include "slim_init/text.h"
@@ -38,32 +41,33 @@ StateFactor newestState(const InitResult& result) {
   return stateFactor(newest);
 }
 
-}  // namespace
+// A window refined with a prior on its motion.
+struct ProvisionalEstimate {
+  bool valid = false;
+  RefinedWindow refined;
+  Posterior posterior;
+  ScaleMoments scale;
+};
 
-ProvisionalEstimate estimateProvisional(const RefinementInput& input, const WindowState& start,
-                                        const InitializerOptions& options) {
+// Refines, integrates over the scale, and again from the most probable scale where that is another
+// one. Without lines: which of them are believed depends on the start, so that costs do not
+// compare.
+ProvisionalEstimate estimateProvisional(const RefinementInput& input,
+                                        const TranslationEstimate& translation) {
   ProvisionalEstimate out;
-  MotionPrior motion;
-  motion.speed_sigma = options.provisional.speed_prior;
-  const auto refine = [&](const WindowState& from) {
-    return refineWindow({input.tracks,
-                         input.pre,
-                         options.refinement,
-                         options.inertial,
-                         input.budget,
-                         {input.priors.rig, motion}},
-                        {}, from, StartMode::kRough);
-  };
-  out.refined = refine(start);
+  if (!translation.valid) return out;
+  const std::optional<WindowState> start =
+      startingState(input.tracks, input.pre, translation, input.inertial);
+  if (start) out.refined = refineWindow(input, {}, *start, StartMode::kRough);
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
     out.posterior = posteriorOf(input.tracks, out.refined);
     if (!out.posterior.valid) break;
     const std::vector<Preintegration> pre =
-        preintegrateInflated(input.tracks, state.gyro_bias, state.accel_bias, options.inertial,
+        preintegrateInflated(input.tracks, state.gyro_bias, state.accel_bias, input.inertial,
                              coveredShift(input.tracks, state.rig.dtd));
-    out.scale = integrateScale(
-        ScaleCost(out.refined, pre, input.tracks.calibration(), options.inertial, motion));
+    out.scale = integrateScale(ScaleCost(out.refined, pre, input.tracks.calibration(),
+                                         input.inertial, input.priors.motion));
     out.valid = out.scale.valid;
     if (!out.valid || round == kRefinements ||
         std::abs(out.scale.log_best) < ScaleProfile::kSameBasin) {
@@ -74,7 +78,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
     WindowState other = state;
     other.p_b0 *= ratio;
     other.v_b0 *= ratio;
-    const RefinedWindow again = refine(other);
+    const RefinedWindow again = refineWindow(input, {}, other, StartMode::kRough);
     if (!again.valid || !(again.cost < out.refined.cost)) break;
     out.refined = again;
   }
@@ -82,6 +86,8 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
   return out;
 }
 
+// Moves states and covariance of `result`, those of the refined window, to mean and covariance over
+// the scale.
 void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResult* result) {
   const Eigen::VectorXd step = (scale.mean - 1.0) * posterior.by_scale;
   const int n = static_cast<int>(result->states.size());
@@ -103,6 +109,8 @@ void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResul
   result->covariance += (scale.variance - posterior.scale_sigma * posterior.scale_sigma) *
                         posterior.by_scale * posterior.by_scale.transpose();
 }
+
+}  // namespace
 
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
@@ -146,7 +154,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   clock.lap("gyro_bias");
 
   const auto [pre, R_b0_bk, R_c0_ck, motion] =
-      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), rotation.bias.imu_noise);
+      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
   appendGates(parallaxGates(motion, options.gates), &result);
   if (refusedByGates(options.gates.mode, &result)) {
     keepObservable(pre, R_b0_bk, G, &result);
@@ -156,15 +164,10 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck);
   clock.lap("translation");
 
-  ProvisionalEstimate estimate;
-  const std::optional<WindowState> start =
-      translation.valid ? startingState(tracks, pre, translation, options.inertial) : std::nullopt;
-  if (start) {
-    // Without lines: which of them are believed depends on the start, so that costs do not compare.
-    estimate = estimateProvisional(
-        {tracks, pre, options.refinement, options.inertial, *budget, {rotation.prior}}, *start,
-        options);
-  }
+  WindowPriors priors = {rotation.prior, MotionPrior()};
+  priors.motion->speed_sigma = options.provisional.speed_prior;
+  const ProvisionalEstimate estimate = estimateProvisional(
+      {tracks, pre, options.refinement, options.inertial, *budget, priors}, translation);
   clock.lap("refinement");
 
   NewestSigmas newest;

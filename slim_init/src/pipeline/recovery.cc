@@ -9,7 +9,6 @@
 #include "estimation/state_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
-#include "imu/imu_quality.h"
 #include "pipeline/answers.h"
 #include "pipeline/minimum_search.h"
 #include "pipeline/rotation_stage.h"
@@ -79,54 +78,42 @@ WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegrat
 // The refinement with a known state, without the parts of it that the data contradict.
 struct Recovery {
   RefinedWindow refined;
-  StateFactor factor;  ///< as it was used
   KnownState known;
   bool valid = false;
 };
 
-Recovery refineWithPrior(const RefinementInput& input, const StateFactor& known,
-                         InitResult* result) {
+Recovery refineWithPrior(RefinementInput input, InitResult* result) {
   Recovery out;
-  out.factor = known;
-  const auto refineFrom = [&](const WindowState& start) {
-    return refineWindow({input.tracks,
-                         input.pre,
-                         input.options,
-                         input.inertial,
-                         input.budget,
-                         {input.priors.rig, std::nullopt, out.factor}},
-                        {}, start, StartMode::kFine);
-  };
+  StateFactor& known = *input.priors.known;
   WindowState start = deadReckoned(known, input.pre, input.tracks.calibration().gravity_magnitude);
   // The window's own, the same however many parts of the state are dropped.
   std::optional<WindowState> own;
   bool has_own = false;
   for (;;) {
-    out.refined = refineFrom(start);
+    out.refined = refineWindow(input, {}, start, StartMode::kFine);
     if (!out.refined.valid || out.refined.chi2 > input.options.suspicious_chi2) {
       // The known state may have led astray. The lowest cost wins.
       if (!has_own) own = inertialStartingState(input.tracks, input.pre, input.inertial);
       has_own = true;
       if (own && input.budget.allows("a start of the window's own")) {
-        const RefinedWindow other = refineFrom(*own);
+        const RefinedWindow other = refineWindow(input, {}, *own, StartMode::kFine);
         if (other.valid && (!out.refined.valid || other.cost < out.refined.cost)) {
           out.refined = other;
         }
       }
     }
-    if (!out.refined.valid || !knownStateOf(input.tracks, out.refined, out.factor, &out.known)) {
+    if (!out.refined.valid || !knownStateOf(input.tracks, out.refined, known, &out.known)) {
       return out;
     }
     if (result->prior_dropped.size() == kStateParts) break;
-    const StateTest test =
-        testState(out.known.residual.r, out.factor.covariance, out.known.posterior);
+    const StateTest test = testState(out.known.residual.r, known.covariance, out.known.posterior);
     if (!test.contradicts()) break;
     const StatePart part = worstPart(test);
     const std::string name = toString(part);
     // Dropped already: what is left is not this state's fault.
     if (std::count(result->prior_dropped.begin(), result->prior_dropped.end(), name) > 0) break;
     result->prior_dropped.push_back(name);
-    out.factor.covariance = without(out.factor.covariance, part);
+    known.covariance = without(known.covariance, part);
     start = out.refined.state;
   }
   out.valid = true;
@@ -238,8 +225,8 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
   clock.lap("gyro_bias");
 
-  const IntegratedWindow integrated = integrateWindow(tracks, known.gyro_bias, known.accel_bias,
-                                                      assumedImuNoise(tracks, options.inertial));
+  const IntegratedWindow integrated =
+      integrateWindow(tracks, known.gyro_bias, known.accel_bias, options.inertial);
   RefinementOptions refinement = options.refinement;
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
@@ -247,9 +234,9 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   known.points_at_infinity =
       !(integrated.motion.parallax_px >=
         (prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px));
+  const WindowPriors priors = {rotation.prior, std::nullopt, known};
   const Recovery recovery = refineWithPrior(
-      {tracks, integrated.pre, refinement, options.inertial, *budget, {rotation.prior}}, known,
-      &result);
+      {tracks, integrated.pre, refinement, options.inertial, *budget, priors}, &result);
   clock.lap("refinement");
   const Posterior posterior = recovery.valid ? posteriorOf(tracks, recovery.refined) : Posterior();
   if (!posterior.valid) {

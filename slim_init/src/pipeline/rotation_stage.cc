@@ -12,15 +12,12 @@
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "pipeline/solver_support.h"
-#include "rotation/constants.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
-
-using rotation_constants::kLargestReadout;
 
 // With a calibration this near, in standard deviations of what the rotations say of it, they need
 // not be solved again, nor where it is nearer than these: the estimation is linear there.
@@ -147,7 +144,7 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   out.is_near = std::max(ratio, 1.0 / ratio) < kNoisyTracks;
   const bool kept = given == GivenCalibration::kKept;
   out.readout = readoutBelief(kept ? ReadoutCheck() : stage.bias.readout, handed_in, seen);
-  if (kept || stage.bias.point_pairs == 0) return out;
+  if (kept || stage.bias.status == InitStatus::kTooFewTracks) return out;
   // Rows that are exposed one after the other cost six times the work.
   out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
   const double off = std::abs(out.value.readout_s - seen.readout_s);
@@ -176,7 +173,6 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
                                RotationStage* stage) {
   stage->window = raw;
   const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
-    if (!(raw->calibration().readout_s > 0.0)) return;
     if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
   };
   compensate(Eigen::Vector3d::Zero());
@@ -258,7 +254,6 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better = solveRotations(raw, handed_in, given, options, budget, &stage);
   }
   Calibration found = stage.window->calibration();
-  stage.measured_sigma_px = stage.bias.track_sigma * found.focal_px;
   if (better.value.sigma_px != found.pointSigmaPx()) {
     found.sigma_px = better.value.sigma_px;
     stage.window = withCalibration(*stage.window, found);
@@ -271,8 +266,9 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
 }
 
 void setTrackNoise(const RotationStage& stage, InitResult* result) {
-  const double measured = stage.measured_sigma_px;
-  const double assumed = stage.window->calibration().pointSigmaPx();
+  const Calibration& calibration = stage.window->calibration();
+  const double measured = stage.bias.track_sigma * calibration.focal_px;
+  const double assumed = calibration.pointSigmaPx();
   result->track_noise = {measured, assumed};
   if (!(measured > kNoisyTracks * assumed)) return;
   result->warnings.push_back(
@@ -297,15 +293,14 @@ bool acceptRotations(const RotationStage& stage, InitResult* result) {
         " the key mask, the back end uses these tracks too"));
     return true;
   }
-  std::string message = text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",
-                             rotation_constants::kMaxBias, ")");
+  std::string message =
+      text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ", kMaxBias, ")");
   if (bias.status == InitStatus::kTooFewTracks) {
-    message = text("0 keyframe pairs with ", rotation_constants::kMinPointsPerPair,
-                   " or more common points (minimum 1)");
-  } else if (bias.status == InitStatus::kInconsistentResiduals) {
     message =
-        text("fraction of the point tracks that agree with one gyroscope bias ",
-             bias.inlierFraction(), " (minimum ", rotation_constants::kMinInlierFraction, ")");
+        text("0 keyframe pairs with ", kMinPointsPerPair, " or more common points (minimum 1)");
+  } else if (bias.status == InitStatus::kInconsistentResiduals) {
+    message = text("fraction of the point tracks that agree with one gyroscope bias ",
+                   bias.inlierFraction(), " (minimum ", kMinInlierFraction, ")");
   }
   fail(bias.status, message, result);
   return false;

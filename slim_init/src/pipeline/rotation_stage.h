@@ -33,8 +33,7 @@ struct RotationStage {
   std::string message;
   /// Calibration of the window handed in, against that of `window`, and its standard deviations.
   RigPrior prior;
-  double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
-  int rounds = 0;                           ///< 1 where the calibration handed in was near enough
+  int rounds = 0;  ///< 1 where the calibration handed in was near enough
 };
 
 /// Whether a calibration that the rotations contradict is replaced. Kept is the one that a host has

@@ -7,9 +7,16 @@
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
 #include "slim_init/text.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
+
+namespace {
+
+// Speeds that have to be there before the scale may rest on them: one that slips among fewer does
+// not show.
+constexpr int kFewestSpeeds = 3;
+
+}  // namespace
 
 bool startResult(const InitWindow& window, InitResult* result) {
   result->counts = {window.size(), static_cast<int>(window.pointTracks().size()),
@@ -45,16 +52,15 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
       medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   motion.excitation = forceDeviation(pre, R_b0_bk);
-  motion.has_speeds =
-      static_cast<int>(speedFactors(window, 0.0).size()) >= verdict_constants::kFewestSpeeds;
+  motion.has_speeds = static_cast<int>(speedFactors(window, 0.0).size()) >= kFewestSpeeds;
   return motion;
 }
 
 IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                                 const Eigen::Vector3d& accel_bias, const ImuNoise& noise) {
+                                 const Eigen::Vector3d& accel_bias,
+                                 const InertialOptions& inertial) {
   IntegratedWindow out;
-  out.pre = preintegrateWindow(window, {gyro_bias, accel_bias}, noise, 0.0,
-                               PreintegrationParts::kWithCovariance);
+  out.pre = preintegrateInflated(window, gyro_bias, accel_bias, inertial);
   out.R_b0_bk = chainRotations(out.pre);
   out.R_c0_ck = cameraRotations(out.R_b0_bk, window.calibration().R_b_c);
   out.motion = measureMotion(window, out.pre, out.R_b0_bk);

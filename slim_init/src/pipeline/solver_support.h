@@ -64,9 +64,10 @@ struct IntegratedWindow {
   MotionMeasures motion;
 };
 
-/// With `noise` as what is to be assumed of the IMU (assumedImuNoise()).
+/// By preintegrateInflated().
 IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                                 const Eigen::Vector3d& accel_bias, const ImuNoise& noise);
+                                 const Eigen::Vector3d& accel_bias,
+                                 const InertialOptions& inertial);
 
 /// InitResult::scale: mean distance between consecutive camera centres [m]; NaN for fewer than two
 /// states. `t_b_c`: camera centre in the body [m].

@@ -9,13 +9,27 @@
 #include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
-#include "rotation/constants.h"
+#include "rotation/normalized_epipolar_pair.h"
 #include "slim_init/types.h"
 
 namespace slim_init {
 namespace {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
+// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
+constexpr double kRotationFloor = 1e-3;
+// Rounds of re-weighting; the weights of a dozen pairs have settled by then.
+constexpr int kRounds = 5;
+// With fewer residuals their spread is not estimated.
+constexpr int kMinNoiseResiduals = 40;
+// Share of its variance that a Gaussian has within kOutlierSigmas.
+constexpr double kVarianceWithinCutoff = 0.9733;
+// From the median on the standard deviation has settled to a percent after so many rounds.
+constexpr int kNoiseRounds = 10;
+// Median of the square of a Gaussian.
+constexpr double kMedianOfSquare = 0.45494;
+// Factor on the variance of the readout time: a point is in two pairs, and a track that drifts is
+// wrong in all of them alike.
+constexpr double kReadoutInflation = 2.0;
 
 // Rate of the camera at every keyframe at a gyroscope bias, in c [rad/s].
 std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,

@@ -16,6 +16,12 @@
 
 namespace slim_init {
 
+/// Pairs of three equations for seven unknowns, with one over for a check.
+inline constexpr int kMinPairs = 4;
+/// The longest readout time of a camera [s]; one that is known to worse than half of it is not
+/// known.
+inline constexpr double kLargestReadout = 0.04;
+
 /// Variance of Gaussian errors by their squares, not empty, gross errors left out: that of those
 /// within kOutlierSigmas.
 double noiseVariance(const std::vector<double>& squares);

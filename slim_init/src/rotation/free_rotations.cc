@@ -14,7 +14,10 @@
 namespace slim_init {
 namespace {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
+// With a wider cutoff than this the known baseline is not trusted [sigma].
+constexpr double kWideCutoff = 5.0;
+// Largest correction [rad], 17 deg; more is a wrong minimum.
+constexpr double kLargestCorrection = 0.3;
 
 // Minimum over R near that of `at`, weights fixed.
 void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,

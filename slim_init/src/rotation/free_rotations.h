@@ -8,10 +8,14 @@
 #include <cstddef>
 #include <vector>
 
-#include "rotation/constants.h"
 #include "rotation/keyframe_pairs.h"
 
 namespace slim_init {
+
+/// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are
+/// 24 px, what eight degrees of extrinsic rotation make of a quick turn.
+inline const CutoffSchedule kFreeFromClean = {3.0};
+inline const CutoffSchedule kFreeFromFar = {40.0, 10.0, 3.0, 3.0};
 
 /// Rotation of a keyframe pair as its points alone have it, against the gyroscope's.
 struct RotationCorrection {

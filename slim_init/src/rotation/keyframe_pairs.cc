@@ -8,12 +8,19 @@
 
 #include "data/derived_window.h"
 #include "geometry/so3.h"
-#include "rotation/constants.h"
 
 namespace slim_init {
-using namespace rotation_constants;  // NOLINT: the constants of this module
-
 namespace {
+
+// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
+// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
+constexpr double kRelinearizeTolerance = 1e-3;
+// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
+// point nearer to the baseline than this has noise of second order that the weight, of first
+// order, does not know.
+constexpr double kMinNoise = 1e-2;
+// Mean squared residual [sigma^2] below which a baseline needs no rival; that of good data is one.
+constexpr double kGoodEnough = 1.3;
 
 // Small fixed sequence of indices; the standard library's distributions differ between libraries.
 class Sequence {
@@ -155,8 +162,8 @@ GyroRotations::GyroRotations(const InitWindow& window)
       pre_(preintegrateWindow(window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
                               PreintegrationParts::kRotation)) {}
 
-void GyroRotations::linearizeNear(const Eigen::Vector3d& gyro_bias, double tolerance) {
-  if ((gyro_bias - pre_.front().gyro_bias).norm() <= tolerance) return;
+void GyroRotations::linearizeNear(const Eigen::Vector3d& gyro_bias) {
+  if ((gyro_bias - pre_.front().gyro_bias).norm() <= kRelinearizeTolerance) return;
   pre_ = preintegrateWindow(window_, gyro_bias, Eigen::Vector3d::Zero(),
                             PreintegrationParts::kRotation);
 }
@@ -189,21 +196,19 @@ Baselines unknownBaselines(const KeyframePairs& pairs) {
   return Baselines(pairs.size(), Eigen::Vector3d::Zero());
 }
 
-BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations& rotations,
-                                int max_gap, const ConsensusOptions& options, Baselines known) {
-  BaselineConsensus out;
-  out.baselines = std::move(known);
+double findBaselines(const KeyframePairs& pairs, const PairRotations& rotations, int max_gap,
+                     const ConsensusOptions& options, Baselines* baselines) {
+  double cost = 0.0;
   int points = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (!pairs[p].use_points || pairs[p].gap() > max_gap) continue;
     const ConsensusBaseline found = pairs[p].points.consensusBaseline(
-        rotations[p].R_ci_cj, pairs.sigma(), options, static_cast<unsigned>(p), out.baselines[p]);
-    out.baselines[p] = found.direction;
-    out.cost += found.cost;
+        rotations[p].R_ci_cj, pairs.sigma(), options, static_cast<unsigned>(p), (*baselines)[p]);
+    (*baselines)[p] = found.direction;
+    cost += found.cost;
     points += pairs[p].points.count();
   }
-  out.cost /= std::max(points, 1);
-  return out;
+  return cost / std::max(points, 1);
 }
 
 PointMasks masksOf(const KeyframePairs& pairs, const std::vector<char>& keep) {

@@ -7,12 +7,31 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <iterator>
 #include <vector>
 
 #include "imu/preintegration.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {
+
+/// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
+/// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
+inline constexpr int kGaps[] = {1, 2, 4, 8};
+inline constexpr int kLongestGap = *(std::end(kGaps) - 1);
+/// Pairs with fewer common points are neither used nor tested.
+inline constexpr int kMinPointsPerPair = 6;
+/// Gap [keyframes] over which a camera has turned enough to say something of the calibration, a
+/// bias still unknown turns it little, and the tracks have not yet drifted: that of the first bias
+/// and of the rotations that are freed.
+inline constexpr int kShortGap = 2;
+/// Largest gap [keyframes] at which observations are tested and a bias is rated: a wrong one shows
+/// at long gaps, but over longer ones the rotation is less certain and clean tracks have drifted.
+inline constexpr int kLongGap = 4;
+
+/// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
+/// a residual. The first ones are wide where the start may be wrong.
+using CutoffSchedule = std::vector<double>;
 
 /// Residuals of the points of a pair.
 struct PointResiduals {
@@ -118,8 +137,8 @@ class GyroRotations {
   explicit GyroRotations(const InitWindow& window);
 
   /// Integrates anew at `gyro_bias` [rad/s] where the last integration is further off than
-  /// `tolerance` [rad/s].
-  void linearizeNear(const Eigen::Vector3d& gyro_bias, double tolerance);
+  /// kRelinearizeTolerance.
+  void linearizeNear(const Eigen::Vector3d& gyro_bias);
 
   /// Rotations of the pairs up to `max_gap` keyframes apart; the identity for the others.
   PairRotations at(const Eigen::Vector3d& gyro_bias, const KeyframePairs& pairs, int max_gap) const;
@@ -134,17 +153,11 @@ using Baselines = std::vector<Eigen::Vector3d>;
 /// No baseline is known.
 Baselines unknownBaselines(const KeyframePairs& pairs);
 
-/// Baselines of all pairs.
-struct BaselineConsensus {
-  Baselines baselines;
-  /// Mean over the points of the squared residual, truncated [sigma^2].
-  double cost = 0.0;
-};
-
-/// Baselines of the pairs up to `max_gap` keyframes apart by consensus at known rotations; those
-/// `known` compete (PairPoints::consensusBaseline()). Longer pairs keep what is known.
-BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations& rotations,
-                                int max_gap, const ConsensusOptions& options, Baselines known);
+/// Finds the baselines of the pairs up to `max_gap` keyframes apart by consensus at known
+/// rotations; those that are known compete (PairPoints::consensusBaseline()). Longer pairs keep
+/// theirs. Returns the mean over the points of the squared residual, truncated [sigma^2].
+double findBaselines(const KeyframePairs& pairs, const PairRotations& rotations, int max_gap,
+                     const ConsensusOptions& options, Baselines* baselines);
 
 /// Per pair and point: 1 used, 0 left out. Without entries every point is used.
 using PointMasks = std::vector<Eigen::ArrayXd>;

@@ -12,9 +12,15 @@
 
 namespace slim_init {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
-
 namespace {
+
+// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
+// of the minimisation: they add a third to the time and then little to the bias.
+constexpr int kMinKeyframesToSkip = 8;
+constexpr int kPointsToSkip = 25;
+// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
+// not built to better than a milliradian.
+constexpr double kVpModelVariance = 1e-6;
 
 // The shortest gap that enters a minimisation.
 int shortestGap(const KeyframePairs& pairs) {
@@ -62,14 +68,8 @@ bool MultiGapProblem::sameVanishingPoint(const KeyframePair& pair) const {
 }
 
 PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap) {
-  gyro_.linearizeNear(gyro_bias, kRelinearizeTolerance);
+  gyro_.linearizeNear(gyro_bias);
   return gyro_.at(gyro_bias, pairs_, max_gap);
-}
-
-BaselineConsensus MultiGapProblem::findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                                 const ConsensusOptions& options, Baselines known) {
-  return slim_init::findBaselines(pairs_, rotationsAt(gyro_bias, max_gap), max_gap, options,
-                                  std::move(known));
 }
 
 void MultiGapProblem::addPoints(std::size_t p, const PairRotation& rotation, double share,
@@ -132,10 +132,10 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, int max_g
     const Eigen::ArrayXd& mask = masks.empty() ? all_points : masks[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
     Eigen::Vector3d& baseline = (*baselines)[p];
-    if (baseline.squaredNorm() == 0.0) {
-      weighted[p].weighEqually(pair.points, mask);
-      baseline = weighted[p].baseline(R, baseline);
-    }
+    const bool known = baseline.squaredNorm() > 0.0;
+    weighted[p].weigh(pair.points, mask, R, baseline, pairs_.sigma(), cutoff_sigmas);
+    if (known) continue;
+    baseline = weighted[p].baseline(R, baseline);
     weighted[p].weigh(pair.points, mask, R, baseline, pairs_.sigma(), cutoff_sigmas);
   }
   return weighted;
@@ -167,9 +167,9 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
   return out;
 }
 
-Baselines MultiGapProblem::baselinesAt(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                       const WeightedPairs& weighted, Baselines baselines) const {
-  evaluate(gyro_bias, max_gap, weighted, &baselines);
+Baselines MultiGapProblem::baselinesAt(const BiasMinimum& minimum, int max_gap) const {
+  Baselines baselines = minimum.baselines;
+  evaluate(minimum.gyro_bias, max_gap, minimum.weighted, &baselines);
   return baselines;
 }
 

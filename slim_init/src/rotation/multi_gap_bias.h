@@ -9,7 +9,6 @@
 
 #include "geometry/minimize.h"
 #include "lines/vanishing_point.h"
-#include "rotation/constants.h"
 #include "rotation/keyframe_pairs.h"
 #include "rotation/normalized_epipolar_pair.h"
 #include "slim_init/init_window.h"
@@ -49,13 +48,9 @@ class MultiGapProblem {
   /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
   bool enters(const KeyframePair& pair, int max_gap) const;
 
-  /// Rotations of the pairs up to `max_gap` at a bias, integrated anew where the last integration
-  /// is further off than kRelinearizeTolerance.
+  /// Rotations of the pairs up to `max_gap` at a bias, integrated anew there if need be
+  /// (GyroRotations::linearizeNear()).
   PairRotations rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap);
-
-  /// findBaselines() at a bias.
-  BaselineConsensus findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                  const ConsensusOptions& options, Baselines known);
 
   /// Iteratively re-weighted Levenberg-Marquardt over the pairs up to `max_gap` keyframes and the
   /// points that `masks` leave: a round per cutoff, the last one to convergence. `baselines`: for
@@ -68,9 +63,8 @@ class MultiGapProblem {
   WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, int max_gap, double cutoff_sigmas,
                       const PointMasks& masks, Baselines* baselines);
 
-  /// The baselines that minimise the cost at a bias. `baselines`: as minimize() left them.
-  Baselines baselinesAt(const Eigen::Vector3d& gyro_bias, int max_gap,
-                        const WeightedPairs& weighted, Baselines baselines) const;
+  /// The baselines that minimise the cost at the bias of `minimum`.
+  Baselines baselinesAt(const BiasMinimum& minimum, int max_gap) const;
 
  private:
   // A point enters once per gap; its information counts about once.

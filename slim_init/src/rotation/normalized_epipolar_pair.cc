@@ -85,18 +85,6 @@ Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N,
 
 }  // namespace
 
-void NormalizedEpipolarPair::weighEqually(const PairPoints& points, const Eigen::ArrayXd& mask) {
-  const int count = points.count();
-  weights_ = Eigen::ArrayXd::Zero(points.bearingsI().rows());
-  if (mask.size() == 0) {
-    weights_.head(count).setOnes();
-  } else {
-    weights_.head(count) = mask.head(count);
-  }
-  robust_count_ = weights_.sum();
-  sum(points);
-}
-
 void NormalizedEpipolarPair::sum(const PairPoints& points) {
   const PairPoints::Bearings& f_i = points.bearingsI();
   const PairPoints::Bearings& f_j = points.bearingsJ();

@@ -15,6 +15,17 @@
 
 namespace slim_init {
 
+/// Prior of the baseline in its elimination, in variances of a bearing: half of one keeps the
+/// Hessian regular where the parallax is of the order of the noise (docs/derivation.md, 1.1).
+inline constexpr double kBaselinePriorSigmas2 = 0.5;
+/// Rotation and direction of travel of a pair, fitted to its points; fewer, counted by their
+/// weight, do not determine them.
+inline constexpr int kPairUnknowns = 5;
+/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
+/// thousandth of a standard deviation of the bias in the last round, a tenth before.
+inline constexpr double kCostTolerance = 1e-9;
+inline constexpr double kRoundTolerance = 1e-5;
+
 /// min over e of e^T M e / e^T N e with derivatives under R Exp(delta), weights fixed.
 struct NormalizedEvaluation {
   double lambda = 0.0;                                  ///< the minimum [rad^2]
@@ -33,12 +44,10 @@ class NormalizedEpipolarPair {
   /// Robust weights in [0, 1] summed: the number of points that still count.
   double robustCount() const { return robust_count_; }
 
-  /// Sets every weight to that of `mask` (one per point, 1: used, 0: left out; empty: all used).
-  void weighEqually(const PairPoints& points, const Eigen::ArrayXd& mask);
-
   /// Sets the weights of a Geman-McClure loss, 1 / (1 + z^2 / c^2)^2, at R and `baseline`, each
-  /// divided by the point's own noise, zero where `mask` is. z is the point's residual e . m in
-  /// units of its standard deviation, `sigma` [rad] that of a bearing, c = `cutoff_sigmas`.
+  /// divided by the point's own noise, zero where `mask` is (empty: all are used). z is the point's
+  /// residual e . m in units of its standard deviation, `sigma` [rad] that of a bearing,
+  /// c = `cutoff_sigmas`. With a baseline of zero all points weigh alike.
   void weigh(const PairPoints& points, const Eigen::ArrayXd& mask, const Eigen::Matrix3d& R_ci_cj,
              const Eigen::Vector3d& baseline, double sigma, double cutoff_sigmas);
 

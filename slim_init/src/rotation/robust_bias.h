@@ -19,6 +19,13 @@
 
 namespace slim_init {
 
+/// A larger bias is a numerical failure [rad/s].
+inline constexpr double kMaxBias = 1.0;
+/// With a smaller share of agreeing observations there is no consensus.
+inline constexpr double kMinInlierFraction = 0.3;
+/// Start from a bias of zero at short gaps.
+inline const CutoffSchedule kNarrowStart = {3.0, 3.0};
+
 /// Gyroscope bias with the observations that agree with it.
 struct RobustBias {
   /// kTooFewTracks: no keyframe pair has kMinPointsPerPair common points; kInconsistentResiduals:
@@ -27,7 +34,6 @@ struct RobustBias {
   InitStatus status = InitStatus::kTooFewTracks;
   bool valid() const { return status == InitStatus::kSuccess; }
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  ImuNoise imu_noise;    ///< that is to be assumed of the window's IMU; set when valid
   TrackPruning pruning;  ///< keep mask for withObservations() and counts, at `gyro_bias`
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
   /// 9 [sigma^2]; up to 1 when the pixel noise is the calibration's and nothing is wrong.
@@ -38,7 +44,6 @@ struct RobustBias {
   double track_sigma = kNotComputed;  ///< trackNoise() of these pairs [rad]
   ReadoutCheck readout;               ///< checkReadout() of these pairs
   bool clean = false;                 ///< the quick estimate was good enough
-  int point_pairs = 0;                ///< keyframe pairs with enough common points
 
   /// Share of the checked observations that agree with the bias.
   double inlierFraction() const { return pruning.inlierFraction(); }
@@ -70,12 +75,12 @@ class RobustBiasEstimator {
   void refine(const std::vector<RefinementPass>& passes);
   // What follows from the bias.
   RobustBias finish();
-  void minimize(const Eigen::Vector3d& from, int max_gap, const CutoffSchedule& schedule,
-                const PointMasks& masks, Baselines baselines);
+  // Both from the bias and the baselines of `minimum_`.
+  double findBaselines(int max_gap, const ConsensusOptions& options);
+  void minimize(int max_gap, const CutoffSchedule& schedule, const PointMasks& masks);
   void spend(double work);
 
   const InitWindow& window_;
-  const InertialOptions& inertial_;
   WorkBudget* budget_;
   MultiGapProblem problem_;
   double points_ = 0.0;  // of all pairs

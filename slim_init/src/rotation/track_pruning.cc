@@ -3,18 +3,24 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "data/derived_window.h"
 #include "geometry/robust.h"
 #include "imu/preintegration.h"
-#include "rotation/constants.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
 namespace {
 
-using namespace rotation_constants;  // NOLINT: the constants of this module
+// Factor on the squared residual that a link over more than kShortGap keyframes may have.
+constexpr double kLongLinkInflation = 2.0;
+// Motion of a far point by the rotation alone above which a track that stays in its place stands
+// in the image and not in the scene [standard deviations of a bearing]: 12 px.
+constexpr double kTurnedSigmas = 20.0;
+// Share of the tracks from which on they are taken out. Windows of a rigid scene have less.
+constexpr double kMinStaticFraction = 0.05;
+// Share above which none stands: the gyroscope has a glitch, or the images do not change.
+constexpr double kMaxStaticFraction = 0.5;
 
 enum Link : char { kUntested, kAgrees, kDisagrees };
 
@@ -95,11 +101,10 @@ bool isTurnedAway(const InitWindow& window, const Track& track,
 
 }  // namespace
 
-PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
-                        const PairRotations& rotations, const ConsensusOptions& consensus,
-                        Baselines known) {
-  PairPruning out;
-  out.baselines = findBaselines(pairs, rotations, kLongGap, consensus, std::move(known)).baselines;
+TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
+                         const PairRotations& rotations, const ConsensusOptions& consensus,
+                         Baselines* baselines) {
+  findBaselines(pairs, rotations, kLongGap, consensus, baselines);
   const double threshold = consensus.truncation_sigmas;
   const Eigen::ArrayXd all_points;
   Links links(window.pointObservations().size());
@@ -107,7 +112,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const KeyframePair& pair = pairs[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
-    Eigen::Vector3d& baseline = out.baselines[p];
+    Eigen::Vector3d& baseline = (*baselines)[p];
     if (!pair.use_points || pair.gap() > kLongGap || baseline.squaredNorm() == 0.0) continue;
     // The winner of the draw went exactly through two noisy points.
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold);
@@ -119,8 +124,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
       links[pair.observation_i[k]][pair.gap()] = residuals.z2[k] > limit ? kDisagrees : kAgrees;
     }
   }
-  out.tracks = pruneBy(links, window);
-  return out;
+  return pruneBy(links, window);
 }
 
 std::vector<char> staticTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias) {

@@ -21,6 +21,9 @@
 
 namespace slim_init {
 
+/// A point with a larger residual disagrees with the bias [sigma].
+inline constexpr double kAgreementSigmas = 3.5;
+
 /// Outcome of a pruning.
 struct TrackPruning {
   /// One ObservationVerdict per observation, indexed as InitWindow::pointObservations().
@@ -34,20 +37,15 @@ struct TrackPruning {
   }
 };
 
-/// A pruning with the baselines that it found.
-struct PairPruning {
-  TrackPruning tracks;
-  Baselines baselines;  ///< of the pairs of the checked gaps; as `known` for the others
-};
-
 /// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) at
 /// `rotations`, those of the gyro at a bias, and the observations that disagree with it by more
-/// than `consensus.truncation_sigmas` standard deviations; the baselines `known` compete. A single
-/// bad observation is dropped and its track continues; after a jump the rest of it is dropped.
-/// Pairs that do not use their points are not tested, their observations are kept. Deterministic.
-PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
-                        const PairRotations& rotations, const ConsensusOptions& consensus,
-                        Baselines known);
+/// than `consensus.truncation_sigmas` standard deviations; known `baselines` compete, and those of
+/// the other gaps stay. A single bad observation is dropped and its track continues; after a jump
+/// the rest of it is dropped. Pairs that do not use their points are not tested, their observations
+/// are kept. Deterministic.
+TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
+                         const PairRotations& rotations, const ConsensusOptions& consensus,
+                         Baselines* baselines);
 
 /// One entry per point track of `window`, nonzero where no observation is further than
 /// kOutlierSigmas standard deviations of a bearing from their mean, although the rotation of the

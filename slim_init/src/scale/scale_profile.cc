@@ -271,7 +271,6 @@ double endOfInterval(const ScaleCost& cost, double best, int direction, double b
 
 ScaleProfile profileScale(const ScaleCost& cost) {
   ScaleProfile out;
-  if (!cost.valid()) return out;
   const double limit = std::log(kMaxRatio);
   const double step = limit / kHalfGrid;
   std::vector<double> values;

@@ -56,11 +56,9 @@ class ScaleCost {
             const Calibration& calibration, const InertialOptions& inertial,
             const std::optional<MotionPrior>& motion = std::nullopt);
 
-  /// False where the visual information does not determine the shape; then there is no cost.
-  bool valid() const { return valid_; }
-
   /// Cost at scale ratio exp(log_ratio), minimised over shape, attitudes, velocities, biases and
-  /// gravity [sigma^2]. Infinite where that is singular.
+  /// gravity [sigma^2]. Infinite where that is singular, everywhere if the visual information does
+  /// not determine the shape.
   double operator()(double log_ratio) const;
 
  private:

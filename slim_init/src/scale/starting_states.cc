@@ -212,10 +212,9 @@ std::optional<WindowState> startingState(const InitWindow& window,
   const Eigen::Matrix3Xd shape_b0 = calibration.R_b_c * translation.centres_c0;
   const Eigen::MatrixXd H_b0 = rotated(translation.normal_matrix, calibration.R_b_c);
   const int observations = static_cast<int>(window.pointObservations().size());
-  const double lambda = std::max(translation.lambda_1, 1e-16 * translation.lambda_max);
   const ReverseEstimate reverse =
-      alignReverse(motion, shape_b0, H_b0 * (observations / lambda), calibration.gravity_magnitude,
-                   inertial.accel_bias_prior);
+      alignReverse(motion, shape_b0, H_b0 * (observations / translation.noise()),
+                   calibration.gravity_magnitude, inertial.accel_bias_prior);
   if (!reverse.valid) return std::nullopt;
   WindowState state = motion.at(reverse.x);
   // From the shape, not from the IMU: the error is then in the inertial part, whose cost is

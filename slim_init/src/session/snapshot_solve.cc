@@ -12,12 +12,8 @@
 #include "pipeline/solver_support.h"
 #include "slim_init/state_at.h"
 #include "slim_init/text.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
-using verdict_constants::kRestSpan;
-using verdict_constants::kRestStep;
-
 namespace {
 
 // A solve this long after the one before has none before it to be compared with [s]: two images at

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "slim_init/init_window.h"
@@ -26,12 +27,10 @@ struct TranslationEstimate {
   /// Normal matrix L^T L of the rows over all stacked centres (3N x 3N), symmetric, in the frame of
   /// the first camera. Its null space holds the common translations.
   Eigen::MatrixXd normal_matrix;
-  /// lambda_2 / lambda_1: below about 10 the tracks do not link the window.
-  /// Without noise lambda_1 vanishes; it is then replaced by its rounding error.
-  double linkage() const {
-    const double rounding = 1e-16 * lambda_max;
-    return lambda_2 / (lambda_1 > rounding ? lambda_1 : rounding);
-  }
+  /// lambda_1, or its rounding error: without noise it vanishes.
+  double noise() const { return std::max(lambda_1, 1e-16 * lambda_max); }
+  /// Below about 10 the tracks do not link the window.
+  double linkage() const { return lambda_2 / noise(); }
 };
 
 /// The two views of a track with the largest parallax, rotation taken out.

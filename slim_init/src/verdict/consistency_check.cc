@@ -6,13 +6,25 @@
 #include <cmath>
 #include <utility>
 
-#include "verdict/constants.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
 namespace {
 
-using namespace verdict_constants;  // NOLINT: the constants of this module
+// An answer is an earlier one when this much of the data is newer [s]: a keyframe interval, and an
+// image at 10 Hz.
+constexpr double kMinNewData = 0.09;
+// Answers older than this are forgotten [s]: host and camera may drop some images in between.
+constexpr double kRemembered = 0.6;
+// Instants that both paths have: two displacements, so that not a single one decides.
+constexpr int kMinSharedInstants = 3;
+// Relative standard deviation up to which an answer is one that a later answer can agree with. On
+// recorded growing windows any bound between 0.15 and 0.5 keeps out as many wrong answers; a low
+// one makes right ones wait.
+constexpr double kMaxEarlierSigma = 0.5;
+// Least standard deviation of the difference, as a share of that of the answer: windows of equal
+// length, and sigmas that are only good to a half. Between 0.1 and 1 it makes no difference.
+constexpr double kAgreementFloor = 0.5;
 
 // Position at time t between two states, the cubic that has their positions and velocities.
 Eigen::Vector3d between(const NavState& a, const NavState& b, double t) {
@@ -31,7 +43,8 @@ double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavSt
   Eigen::Vector3d p_now = Eigen::Vector3d::Zero(), p_before = Eigen::Vector3d::Zero();
   std::size_t j = 0;
   for (const NavState& state : now) {
-    if (state.t < before.front().t - kSameInstant || state.t > before.back().t + kSameInstant) {
+    if (state.t < before.front().t - ConsistencyCheck::kSameInstant ||
+        state.t > before.back().t + ConsistencyCheck::kSameInstant) {
       continue;
     }
     while (j + 2 < before.size() && before[j + 1].t < state.t) ++j;
@@ -44,6 +57,16 @@ double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavSt
     p_before = p;
   }
   return shared < kMinSharedInstants ? kNotComputed : std::log(length_now / length_before);
+}
+
+// NaN: too few earlier solves.
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
+  const char* what = std::isfinite(disagreement_sigmas)
+                         ? "difference of the scale from the earlier solves"
+                         : "consistency check not possible yet: too few earlier solves to compare "
+                           "the scale with";
+  return makeGate(GateName::kAgreement, what, "sigma",
+                  atMost(disagreement_sigmas, max_disagreement), InitStatus::kScaleTooUncertain);
 }
 
 }  // namespace

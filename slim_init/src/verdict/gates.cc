@@ -15,12 +15,16 @@
 #include "scale/scale_profile.h"
 #include "slim_init/consistency_check.h"
 #include "slim_init/text.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
 
-using namespace verdict_constants;  // NOLINT: the constants of this module
+// Relative standard deviation of the scale of images and IMU below which the motion shows the
+// scale: at constant velocity it stays above (0.37 to none in the first half second).
+constexpr double kShownScaleSigma = 0.35;
+// And largest relative change of a velocity that counts as constant, 0.15 there: a change that the
+// wheel sees is one that the IMU measures, half a second later at the latest.
+constexpr double kSteadyVelocityChange = 0.2;
 
 // First to last keyframe [s].
 double spanOf(const InitWindow& window) { return window.times().back() - window.times().front(); }
@@ -307,15 +311,6 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
                            atMost(tilt_sigma_deg, provisional.max_tilt_sigma_deg),
                            InitStatus::kScaleTooUncertain));
   return gates;
-}
-
-GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
-  const char* what = std::isfinite(disagreement_sigmas)
-                         ? "difference of the scale from the earlier solves"
-                         : "consistency check not possible yet: too few earlier solves to compare "
-                           "the scale with";
-  return makeGate(GateName::kAgreement, what, "sigma",
-                  atMost(disagreement_sigmas, max_disagreement), InitStatus::kScaleTooUncertain);
 }
 
 std::string describe(const GateValue& gate) {

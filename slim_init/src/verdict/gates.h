@@ -15,6 +15,23 @@
 
 namespace slim_init {
 
+/// The certain part of an error of the calibration is the estimate less this many sigma, and beyond
+/// as many of prior and estimate together there is a warning.
+inline constexpr double kCertainSigmas = 2.5;
+/// Without translation: less rotation over the window is stationary, more is pure rotation [deg].
+inline constexpr double kMinRotationDeg = 2.0;
+/// Without translation: largest deviation of the specific force of a window at rest; above it the
+/// vehicle accelerates and the scene is too far away [m/s^2].
+inline constexpr double kMaxRestDeviation = 0.5;
+/// Least rms angle over which the points of an image are spread [deg].
+inline constexpr double kMinPointSpreadDeg = 2.0;
+/// Largest change of the velocity over the window by its length [m/s^2]. A quiet motion far from
+/// everything also fits a fall along a tilted gravity, with 11; recorded flights have up to 4.
+inline constexpr double kMaxMeanAcceleration = 8.0;
+/// Least cost of any other minimum above that of the answer [sigma^2]: four standard deviations. Of
+/// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
+inline constexpr double kMinOtherScaleRise = 16.0;
+
 struct Posterior;
 struct RefinedWindow;
 struct ScaleProfile;
@@ -130,10 +147,6 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
 std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
                                         double tilt_sigma_deg, GateOptions options,
                                         const ProvisionalOptions& provisional);
-
-/// Gate "agreement" (scale too uncertain): difference of the log scale from the earlier solves, in
-/// its standard deviations; NaN if there are too few of them (ConsistencyCheck).
-GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
 
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);

@@ -9,12 +9,28 @@
 #include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
-#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
 
-using namespace verdict_constants;  // NOLINT: the constants of this module
+// Least median length of the noise of a bearing [px]. On images that stand it is below 0.1, and
+// slow errors of the tracker would pass for motion.
+constexpr double kLeastTrackNoise = 0.4;
+// Fewer tracks over the whole rest say too little: with a dozen, 0.05 m/s pass in one window
+// of 30.
+constexpr int kFewestTracksAtRest = 20;
+// Motion of the tracks and of the means of the IMU that a second of rest may have, in standard
+// deviations of their noise; two seconds may have twice that: the longer it is seen, the clearer
+// motion is. A rig with idling rotors sways by 2 to 3 in two seconds. At the least, the IMU sees a
+// hover within 3 mm move by 2.1 in one and 3.9 in two seconds, and the tracks 0.05 m/s by 2.0 and
+// 5.7 (false_rest_test).
+constexpr double kMaxMotionAtRest = 1.8;
+// Standard deviations at rest: velocity [m/s], and what a mean over a rest does not tell about the
+// flight after it, of specific force [m/s^2] (that of MH_04 changes by 0.06 as its rotors speed
+// up) and rate [rad/s].
+constexpr double kRestVelocitySigma = 0.01;
+constexpr double kRestForceSigma = 0.05;
+constexpr double kRestRateSigma = 2e-4;
 
 // Distances of the tracks and the noise of a bearing, both in rad.
 void measureTracks(const InitWindow& window, RestMeasures* out) {

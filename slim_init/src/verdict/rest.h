@@ -11,6 +11,11 @@
 
 namespace slim_init {
 
+/// Shortest rest [s]; one of twice that is looked for as well. And time over which IMU samples are
+/// averaged to see motion [s]: the vibration of an idling engine is gone in it.
+inline constexpr double kRestSpan = 1.0;
+inline constexpr double kRestStep = 0.3;
+
 /// How much a window moves, each in units of its own measured noise: about 1 for a body that stands
 /// on firm ground. NaN where it could not be measured, which is no rest.
 struct RestMeasures {
