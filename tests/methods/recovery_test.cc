@@ -99,11 +99,8 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
 
 InitResult solve(const ExactWindow& exact, const StatePrior& prior,
                  const InitializerOptions& options = dataSheetOptions()) {
-  std::string error;
-  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
-  EXPECT_NE(solver, nullptr) << error;
   WorkBudget budget = unlimitedBudget();
-  InitResult result = solver->solveWithPrior(*exact.window, prior, &budget);
+  InitResult result = slimSolver(options)->solveWithPrior(*exact.window, prior, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
 }
@@ -228,9 +225,7 @@ TEST(Recovery, TheCalibrationOfTheHostIsUsed) {
   ExactWindow off = exact;
   off.calibration.R_b_c = exact.calibration.R_b_c * expSO3(Eigen::Vector3d(0.05, -0.02, 0.01));
   off.calibration.t_b_c += Eigen::Vector3d(0.02, 0.0, 0.0);
-  std::string error;
-  off.window = InitWindow::create(off.calibration, exact.keyframes, exact.imu, &error);
-  ASSERT_NE(off.window, nullptr) << error;
+  off.window = madeWindow(off.calibration, exact.keyframes, exact.imu);
   const InitResult with = solve(off, prior);
   ASSERT_TRUE(with.success()) << with.message;
   EXPECT_LT(newestError(with, exact).velocity, 1e-3);
