@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/simulation/imu_simulator.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+
+#include "slim_init/simulation/motion_sensors.h"
 
 namespace slim_init::simulation {
 namespace {

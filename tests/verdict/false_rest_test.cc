@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
 #include "support/exact_window.h"
@@ -63,10 +63,7 @@ std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& 
       samples.push_back(sample);
     }
   }
-  std::string error;
-  auto window = InitWindow::create(calibration, images, samples, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return madeWindow(calibration, images, samples);
 }
 
 // One window after the other of `duration_s`.
