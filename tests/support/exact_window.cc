@@ -191,6 +191,14 @@ ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_si
   return options;
 }
 
+ExactWindowOptions drawnStream(unsigned seed, Motion motion, int keyframes) {
+  ExactWindowOptions options = drawnWithExactCalibration(seed, 0.05);
+  options.motion = motion;
+  options.keyframes = keyframes;
+  options.interval_s = 0.1;
+  return options;
+}
+
 ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   ExactWindow out;
   out.calibration = eurocCalibration();

@@ -73,6 +73,9 @@ ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma);
 /// drawnFromTheModel() with a calibration that is known to be exact.
 ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_sigma);
 
+/// The same with an accelerometer bias of 0.05 m/s^2 and keyframes at 10 Hz, as from a stream.
+ExactWindowOptions drawnStream(unsigned seed, Motion motion, int keyframes);
+
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);
 
