@@ -6,14 +6,6 @@
 #include "data/range_check.h"
 
 namespace slim_init::feature_tracker_lines {
-namespace {
-
-template <typename Options>
-RangeCheck checkTable(Options options) {
-  return RangeCheck().within(optionTable(&options));
-}
-
-}  // namespace
 
 const char* toString(TrackerProfile profile) {
   switch (profile) {
@@ -85,20 +77,20 @@ OptionTable optionTable(FrontEndOptions* o) {
   return table;
 }
 
-std::string HostFrontEnd::validate() const { return checkTable(*this).message(); }
+std::string HostFrontEnd::validate() const { return RangeCheck::of(*this).message(); }
 
 std::string PointTrackerOptions::validate() const {
-  const std::string message = checkTable(*this).message();
+  const std::string message = RangeCheck::of(*this).message();
   if (message.empty() && window_px % 2 == 0) {
     return "window_px is " + std::to_string(window_px) + ", must be odd";
   }
   return message;
 }
 
-std::string LineTrackerOptions::validate() const { return checkTable(*this).message(); }
+std::string LineTrackerOptions::validate() const { return RangeCheck::of(*this).message(); }
 
 std::string FrontEndOptions::validate() const {
-  return checkTable(*this)
+  return RangeCheck::of(*this)
       .nested("points", points.validate())
       .nested("window", window.validate())
       .nested("imu", imu.validate())

@@ -14,7 +14,7 @@
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/options.h"
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/speed_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/world.h"
 
 namespace slim_init {

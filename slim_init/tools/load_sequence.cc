@@ -10,16 +10,15 @@
 #include <vector>
 
 #include "exit_code.h"
+#include "motion.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
-#include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/track_images.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/imu_simulator.h"
-#include "slim_init/simulation/speed_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
 #include "slim_init/text.h"
@@ -59,34 +58,6 @@ simulation::PinholeCamera cameraOf(const AbOptions& options) {
     camera.cy = from.cy;
   }
   return camera;
-}
-
-/// True states at the image times (camera clock, `td` to the IMU clock) that the trajectory covers;
-/// the other images are left out of `times` and counted in a note. Biases are left for the caller.
-std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double td,
-                               std::vector<double>* times, std::vector<std::string>* notes) {
-  const auto uncovered = std::stable_partition(times->begin(), times->end(),
-                                               [&](double t) { return trajectory.covers(t + td); });
-  if (uncovered != times->end()) {
-    notes->push_back(std::to_string(times->end() - uncovered) +
-                     " images lie in gaps of the ground truth and were discarded");
-    times->erase(uncovered, times->end());
-  }
-  std::vector<NavState> states;
-  for (const double t : *times) states.push_back(simulation::stateAt(trajectory, t + td));
-  return states;
-}
-
-/// Recorded biases, or one that is fitted. `source` stands before a message.
-void settleBiases(bool has_bias, const std::string& source, std::vector<NavState>* truth,
-                  LoadedSequence* loaded) {
-  evaluation::Sequence& sequence = loaded->sequence;
-  loaded->gyro_bias_truth = has_bias ? "recorded" : "fitted";
-  if (has_bias) return;
-  const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(sequence.imu, *truth);
-  if (!fit.ok) check(fit.message, source);
-  sequence.notes.push_back(fit.message);
-  for (NavState& state : *truth) state.gyro_bias = fit.bias;
 }
 
 void setBiases(const std::vector<NavState>& truth, NavState* state) {
@@ -153,69 +124,33 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
   }
 }
 
-void loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
-  evaluation::RecordedMotion motion;
-  check(evaluation::readRecordedMotion(options.recorded, options.initializer.window.max_imu_gap_s,
-                                       &motion)
-            .message);
-  const std::string source = options.recorded + ": ";
+/// --recorded or --builtin.
+void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
-  sequence.name = motion.name;
   sequence.calibration = calibrationFor(options);
+  Motion motion;
+  if (!options.recorded.empty()) {
+    motion = recordedMotion(options.recorded, options.initializer.window.max_imu_gap_s);
+  } else {
+    motion = builtinMotion(options.builtin, options.duration_s, sequence.calibration, options.seed);
+    simulateSensors(sequence.calibration, simulation::ImuSimulationOptions().rate_hz, kImageRateHz,
+                    0.0, options.seed, &motion);
+  }
+  const double td = sequence.calibration.td;
+  discardUncovered(td, &motion);
+  sequence.name = motion.name;
   sequence.t0_ns = motion.t0_ns;
-  sequence.notes = motion.notes;
+  sequence.notes = std::move(motion.notes);
   sequence.imu = std::move(motion.imu);
   sequence.speeds = std::move(motion.speeds);
-  settleBiases(motion.has_velocity_and_bias, source, &motion.truth, loaded);
-
-  std::string error;
-  auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
-  if (trajectory == nullptr) throw Failure(kExitBadInput, source + "groundtruth.csv: " + error);
-  sequence.truth =
-      statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
-  if (sequence.truth.empty()) {
-    check("every image lies in a gap of groundtruth.csv", source);
+  loaded->gyro_bias_truth = motion.gyro_bias_truth;
+  for (const double t : motion.image_times) {
+    sequence.truth.push_back(simulation::stateAt(*motion.trajectory, t + td));
+    setBiases(motion.truth, &sequence.truth.back());
   }
-  for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
-  addSpeeds(options, *trajectory, &sequence);
-  addFeatures(options, *trajectory, motion.image_times, loaded);
-  setTruthBetween(std::move(trajectory), std::move(motion.truth), &sequence);
-}
-
-void loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
-  evaluation::Sequence& sequence = loaded->sequence;
-  sequence.name = options.builtin;
-  sequence.calibration = calibrationFor(options);
-  loaded->gyro_bias_truth = "simulated";
-
-  std::string error;
-  auto trajectory = simulation::makeBuiltinTrajectory(
-      options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
-  if (trajectory == nullptr) throw Failure(kExitBadInput, "--builtin: " + error);
-
-  simulation::ImuSimulationOptions imu;
-  imu.noise = sequence.calibration.imu_noise;
-  imu.gravity_magnitude = sequence.calibration.gravity_magnitude;
-  imu.seed = options.seed;
-  sequence.imu = simulation::simulateImu(*trajectory, imu);
-
-  std::vector<double> image_times;
-  for (int k = 0;; ++k) {
-    const double t = trajectory->begin() + k / kImageRateHz;
-    if (sequence.imu.empty() || t > sequence.imu.back().t) break;
-    image_times.push_back(t);
-  }
-  sequence.truth = statesAt(*trajectory, sequence.calibration.td, &image_times, &sequence.notes);
-  for (NavState& state : sequence.truth) {
-    state.gyro_bias = imu.gyro_bias;
-    state.accel_bias = imu.accel_bias;
-  }
-  addSpeeds(options, *trajectory, &sequence);
-  addFeatures(options, *trajectory, image_times, loaded);
-  // The biases are constant: one state has them.
-  if (!sequence.truth.empty()) {
-    setTruthBetween(std::move(trajectory), {sequence.truth.front()}, &sequence);
-  }
+  addSpeeds(options, *motion.trajectory, &sequence);
+  addFeatures(options, *motion.trajectory, motion.image_times, loaded);
+  setTruthBetween(std::move(motion.trajectory), std::move(motion.truth), &sequence);
 }
 
 std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options) {
@@ -257,7 +192,8 @@ void addTruth(std::vector<NavState> truth, bool has_bias, const std::string& sou
     loaded->gyro_bias_truth = "none";
     return;
   }
-  settleBiases(has_bias, source + ": ", &truth, loaded);
+  loaded->gyro_bias_truth =
+      settleBiases(has_bias, source + ": ", sequence.imu, &truth, &sequence.notes);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
   if (trajectory == nullptr) throw Failure(kExitBadInput, source + ": ground truth: " + error);
@@ -383,10 +319,7 @@ void configureFromData(const std::string& source, const std::string& options_fil
 
 LoadedSequence loadSequence(const AbOptions& options) {
   LoadedSequence loaded;
-  const auto load = options.hasImages()        ? loadImages
-                    : options.recorded.empty() ? loadBuiltin
-                                               : loadRecorded;
-  load(options, &loaded);
+  (options.hasImages() ? loadImages : loadMotion)(options, &loaded);
   check(evaluation::applyRigErrors(options.rig, options.hasImages(), &loaded.sequence),
         loaded.sequence.name + ": ");
   return loaded;

@@ -1,8 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulate.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -12,15 +14,17 @@
 
 #include "exit_code.h"
 #include "load_sequence.h"
+#include "motion.h"
 #include "progress_bar.h"
-#include "simulate_motion.h"
 #include "slim_init/config/config.h"
+#include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/options.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
-#include "slim_init/simulation/speed_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/text.h"
 
@@ -29,8 +33,12 @@ namespace {
 
 using feature_tracker_lines::CameraParameters;
 
-constexpr int kSubFrames = 5;  // pictures averaged with motion blur
-constexpr int kBands = 16;     // pictures of an image with a rolling shutter, blended between rows
+constexpr std::int64_t kBuiltinT0Ns = 1400000000000000000;  // a stamp that ros::Time can hold
+constexpr double kBuiltinDuration = 20.0;                   // [s]
+// IMU and truth reach this far beyond the images: integration and interpolation need neighbours.
+constexpr double kMargin = 0.1;  // [s]
+constexpr int kSubFrames = 5;    // pictures averaged with motion blur
+constexpr int kBands = 16;  // pictures of an image with a rolling shutter, blended between rows
 
 // EuRoC's cam0 (sensor.yaml of the dataset).
 CameraParameters eurocCamera() {
@@ -66,8 +74,78 @@ void loadRig(const SimulateOptions& options, Calibration* calibration, CameraPar
   check(camera->validate());
 }
 
-simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& calibration,
-                              double t_imu) {
+// Keeps the elements in [low, high].
+template <typename T>
+void cut(double low, double high, std::vector<T>* list) {
+  list->erase(std::remove_if(list->begin(), list->end(),
+                             [&](const T& x) { return x.t < low || x.t > high; }),
+              list->end());
+}
+
+// Keeps the images from --start on for --duration; the clock starts at the first that can be
+// rendered.
+void cutImages(const SimulateOptions& options, const Calibration& calibration, Motion* motion) {
+  discardUncovered(calibration.td, motion);
+  std::vector<double>& times = motion->image_times;
+  const double begin = times.front() + options.start_s;
+  const double last = times.back();
+  const double end = options.duration_s > 0.0 ? begin + options.duration_s : last;
+  // With a tolerance of half a nanosecond: the sum is rounded.
+  times.erase(std::remove_if(times.begin(), times.end(),
+                             [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
+              times.end());
+  if (times.size() < 2) {
+    check(text("--start ", options.start_s, " leaves ", times.size(), " images of ", motion->name,
+               ", whose motion is ", last - (begin - options.start_s),
+               " s long; at least 2 are needed"));
+  }
+}
+
+Motion csvMotion(const SimulateOptions& options) {
+  Motion motion;
+  std::vector<NavState> states;
+  check(evaluation::readPoses(options.csv, &motion.t0_ns, &states).message, "--csv: ");
+  motion.name = std::filesystem::path(options.csv).stem().string();
+  constexpr double kSmoothRate = 20.0;  // [Hz]
+  std::string error;
+  motion.trajectory = simulation::makeSmoothTrajectory(states, kSmoothRate, &error);
+  check(error, "--csv: " + options.csv + ": ");
+  return motion;
+}
+
+// Reads or makes the motion that the options name, cut to what the images need; all fields of its
+// ground truth are finite. Throws a Failure that names file, line, value or option.
+Motion loadMotion(const SimulateOptions& options, const Calibration& calibration) {
+  Motion motion;
+  if (!options.recorded.empty()) {
+    motion = recordedMotion(options.recorded, WindowOptions().max_imu_gap_s);
+    if (motion.gyro_bias_truth == "fitted") {
+      motion.notes.push_back(
+          "the accelerometer bias is not known; the written ground truth has zero instead");
+      for (NavState& state : motion.truth) state.accel_bias.setZero();
+    }
+  } else {
+    if (!options.csv.empty()) {
+      motion = csvMotion(options);
+    } else {
+      const double duration = options.duration_s > 0.0 ? options.duration_s : kBuiltinDuration;
+      motion = builtinMotion(options.builtin, options.start_s + 2.0 * kMargin + 0.01 + duration,
+                             calibration, options.seed);
+      motion.t0_ns = kBuiltinT0Ns;
+    }
+    simulateSensors(calibration, options.imu_rate_hz, options.rate_hz, kMargin, options.seed,
+                    &motion);
+  }
+  cutImages(options, calibration, &motion);
+  const double low = motion.image_times.front() + calibration.td - kMargin;
+  const double high = motion.image_times.back() + calibration.td + kMargin;
+  cut(low, high, &motion.imu);
+  // Recorded truth may be sparse: a few more samples for interpolation.
+  cut(low - 0.5, high + 0.5, &motion.truth);
+  return motion;
+}
+
+simulation::CameraPose poseAt(const Motion& motion, const Calibration& calibration, double t_imu) {
   const simulation::Kinematics body = motion.trajectory->at(t_imu);
   simulation::CameraPose pose;
   pose.R_w_c = body.R_w_b * calibration.R_b_c;
@@ -85,8 +163,7 @@ int bandsOf(const Calibration& calibration) { return calibration.readout_s > 0.0
 
 // Poses of all pictures: per image bandsOf(), from the first rows to the last, each of them
 // subFramesOf(), spread over the exposure.
-std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
-                                            const SimulatedMotion& motion,
+std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options, const Motion& motion,
                                             const Calibration& calibration) {
   const double exposure = 1e-3 * options.motion_blur_ms;
   const int sub_frames = subFramesOf(options), bands = bandsOf(calibration);
@@ -103,15 +180,15 @@ std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
   return poses;
 }
 
-std::int64_t stampOf(const SimulatedMotion& motion, double t) {
+std::int64_t stampOf(const Motion& motion, double t) {
   return motion.t0_ns + static_cast<std::int64_t>(std::llround(1e9 * t));
 }
 
 // One sequence to one or two writers.
 class Writers {
  public:
-  Writers(const SimulateOptions& options, const SimulatedMotion& motion,
-          const Calibration& calibration, const CameraParameters& camera) {
+  Writers(const SimulateOptions& options, const Motion& motion, const Calibration& calibration,
+          const CameraParameters& camera) {
     evaluation::WriterRig rig;
     rig.calibration = calibration;
     rig.camera = camera;
@@ -135,7 +212,7 @@ class Writers {
   std::vector<std::unique_ptr<evaluation::SequenceWriter>> list_;
 };
 
-void writeMotion(const SimulatedMotion& motion, Writers* writers) {
+void writeMotion(const Motion& motion, Writers* writers) {
   for (const ImuSample& sample : motion.imu) {
     const std::int64_t stamp = stampOf(motion, sample.t);
     writers->each([&](auto* w) { return w->addImu(stamp, sample); });
@@ -159,7 +236,7 @@ cv::Mat meanOfNext(int count, simulation::Renderer* renderer) {
 }
 
 // Draws, exposes and writes every image.
-void writeImages(const SimulateOptions& options, const SimulatedMotion& motion, int bands,
+void writeImages(const SimulateOptions& options, const Motion& motion, int bands,
                  const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
                  Writers* writers) {
   ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
@@ -190,7 +267,7 @@ struct Setup {
   simulation::SensorOptions sensor;
   Calibration calibration;
   CameraParameters camera;
-  SimulatedMotion motion;
+  Motion motion;
   std::vector<simulation::CameraPose> poses;  // of all pictures
   simulation::Scene scene;
 };
@@ -212,7 +289,7 @@ Setup prepare(const SimulateOptions& options) {
   Setup setup;
   setup.sensor = sensorOf(options);
   loadRig(options, &setup.calibration, &setup.camera);
-  setup.motion = loadSimulatedMotion(options, setup.calibration);
+  setup.motion = loadMotion(options, setup.calibration);
   for (const std::string& note : setup.motion.notes) {
     std::cerr << "slim_init: note: " << note << "\n";
   }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/trajectory.h"
 #include "support/exact_window.h"
 

@@ -76,7 +76,7 @@ TEST(RejectByFundamentalMatrix, StartsTracksThatJumpAnew) {
       point.bearing = moved.normalized();
     }
   }
-  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  const auto window = windowOf(exact);
   VinsOptions options;
   for (const char verdict : rejectByFundamentalMatrix(*window, options)) {
     EXPECT_EQ(verdict, kKeepObservation);

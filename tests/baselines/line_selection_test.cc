@@ -35,10 +35,7 @@ std::shared_ptr<const InitWindow> windowOfObservations(const std::vector<Seen>& 
     line.match_quality = s.match_quality;
     frames[s.keyframe].lines.push_back(line);
   }
-  std::string error;
-  auto window = test::windowOf(frames, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return test::windowOf(frames);
 }
 
 std::vector<Seen> track(FeatureId id, const std::vector<int>& keyframes, double length_px = 100.0,

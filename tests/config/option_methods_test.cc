@@ -96,36 +96,24 @@ TEST(KeysOfSlim, NoiseFactorsTakeThePlaceOfTheMeasurement) {
   EXPECT_FALSE(sameBytes(measured, solve("slim", gyro, *exact.window)));
 }
 
-// One key per quantity: each acts in every stage of slim that has the quantity.
-TEST(KeysOfSlim, SharedQuantitiesChangeTheAnswer) {
+// One key per quantity: each acts in every stage of slim that has the quantity. Without the
+// refinement what is left is the bias estimate and the starts.
+TEST(KeysOfSlim, SharedQuantitiesChangeTheAnswerAndActBeforeTheRefinement) {
   const ExactWindow exact = noisyWindow();
-  const InitResult before = solve("slim", Config(), *exact.window);
-  ASSERT_TRUE(before.hasEstimate());
-  for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
-                          "vanishing_point.inlier_threshold_deg"}) {
-    Config config;
-    for (const OptionField& option : configTable(&config)) {
-      if (option.key != key) continue;
-      ASSERT_TRUE(change(option, 1.0, config));
+  for (const bool refine : {true, false}) {
+    Config plain;
+    plain.options.slim.refine = refine;
+    const InitResult before = solve("slim", plain, *exact.window);
+    ASSERT_TRUE(before.hasEstimate());
+    for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
+                            "vanishing_point.inlier_threshold_deg"}) {
+      Config config = plain;
+      for (const OptionField& option : configTable(&config)) {
+        if (option.key != key) continue;
+        ASSERT_TRUE(change(option, 1.0, config));
+      }
+      EXPECT_FALSE(sameBytes(before, solve("slim", config, *exact.window))) << refine << key;
     }
-    EXPECT_FALSE(sameBytes(before, solve("slim", config, *exact.window))) << key;
-  }
-}
-
-// Without the refinement what is left is the bias estimate and the starts.
-TEST(KeysOfSlim, SharedQuantitiesActBeforeTheRefinement) {
-  const ExactWindow exact = noisyWindow();
-  Config plain;
-  plain.options.slim.refine = false;
-  const InitResult before = solve("slim", plain, *exact.window);
-  for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
-                          "vanishing_point.inlier_threshold_deg"}) {
-    Config config = plain;
-    for (const OptionField& option : configTable(&config)) {
-      if (option.key != key) continue;
-      ASSERT_TRUE(change(option, 1.0, config));
-    }
-    EXPECT_FALSE(sameBytes(before, solve("slim", config, *exact.window))) << key;
   }
 }
 

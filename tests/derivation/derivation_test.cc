@@ -337,9 +337,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
         frames[k].lines.push_back(line);
       }
     }
-    std::string error;
-    const auto window = InitWindow::create(calibration, frames, imu, &error);
-    EXPECT_NE(window, nullptr) << error;
+    const auto window = madeWindow(calibration, frames, imu);
     RefinementOptions options;
     options.estimate_accel_bias = !bias_known;
     InertialOptions inertial;

@@ -19,7 +19,7 @@
 #include "feature_tracker_lines/room_walk.h"
 #include "handheld.h"
 #include "slim_init/evaluation/sequence_writer.h"
-#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "tools/run_program.h"
 
 namespace slim_init {

@@ -17,7 +17,7 @@
 #include "checks.h"
 #include "handheld.h"
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/world.h"
 #include "support/text_parts.h"
 
@@ -300,8 +300,8 @@ TEST_F(Doctor, FindsAGapJitterAndDisorder) {
   EXPECT_EQ(find(report, "imu_lost").severity, Severity::kOk) << doctorText(report, false);
 
   data = good();
-  data.imu_counts.out_of_order = 3;
-  data.image_counts.unreadable = 50;
+  data.imu_disorder.out_of_order = 3;
+  data.image_disorder.unreadable = 50;
   report = examined(data);
   EXPECT_EQ(find(report, "imu_order").severity, Severity::kWarning);
   EXPECT_EQ(find(report, "image_order").severity, Severity::kError);

@@ -21,11 +21,8 @@ namespace slim_init {
 namespace {
 
 ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
-  ExactWindowOptions options;
-  options.seed = seed;
+  ExactWindowOptions options = drawnFromTheModel(seed, 0.0);
   options.pixel_noise = pixel_noise;
-  options.angular_noise = true;
-  options.imu_noise = true;
   return options;
 }
 

@@ -174,9 +174,7 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
       for (PointObservation& point : frame.points) disturb(&point.bearing);
       for (LineObservation& line : frame.lines) disturb(&line.end_bearing);
     }
-    std::string error;
-    const auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
-    ASSERT_NE(window, nullptr) << error;
+    const auto window = windowOf(exact, frames);
     const WindowState truth = trueState(exact);
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, truth.gyro_bias, truth.accel_bias, inertial);

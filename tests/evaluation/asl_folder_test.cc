@@ -73,8 +73,6 @@ TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
   const auto sequence = opened();
   TinyRecording::expectIn(sequence.get());
   EXPECT_EQ(sequence->name(), "V9_01");
-  EXPECT_EQ(sequence->counts().images, TinyRecording::kImages);
-  EXPECT_EQ(sequence->counts().imu_gaps, 0);
   EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
 
   ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
@@ -219,21 +217,20 @@ TEST_F(AslFolderTest, WhatIsOutOfOrderIsSortedInAndWhatRepeatsIsDropped) {
   append("state_groundtruth_estimate0/data.csv",
          truth.substr(second, truth.find('\n', second) + 1 - second));
   const auto sequence = opened();
-  const ImageSequenceCounts& counts = sequence->counts();
-  EXPECT_EQ(counts.imu_out_of_order, 2);
-  EXPECT_EQ(counts.imu_repeated, 1);
-  EXPECT_EQ(counts.imu_samples, TinyRecording::kImuSamples + 1);
+  EXPECT_EQ(sequence->imuDisorder().out_of_order, 2);
+  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
+  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples + 1u);
   EXPECT_EQ(sequence->imu()[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
   EXPECT_EQ(sequence->imu()[1].gyro, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(counts.images_out_of_order, 2);
-  EXPECT_EQ(counts.images_repeated, 1);
-  EXPECT_EQ(counts.images, TinyRecording::kImages + 1);
+  EXPECT_EQ(sequence->imageDisorder().out_of_order, 2);
+  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
+  EXPECT_EQ(sequence->images(), TinyRecording::kImages + 1u);
   EXPECT_EQ(sequence->imageStampNs(1), t + 1);
   EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(0), cv::NORM_INF), 0.0);
-  EXPECT_EQ(counts.truth_repeated, 1);
   ASSERT_EQ(sequence->notes().size(), 3u);
   expectParts(sequence->notes()[0],
               "imu0/data.csv|1 IMU samples with the stamp of another|2 IMU samples out of order");
+  expectParts(sequence->notes()[2], "1 rows with the stamp of another");
 }
 
 TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
@@ -243,7 +240,7 @@ TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
   folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(6)).filename().string(), "no image");
   const auto sequence = opened();
   // Without a file: known before anything is decoded.
-  EXPECT_EQ(sequence->counts().images_unreadable, 1);
+  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
   ASSERT_EQ(sequence->notes().size(), 1u);
   expectParts(sequence->notes()[0], "1 of 20 images");

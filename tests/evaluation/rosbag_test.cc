@@ -281,13 +281,12 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
     bag.write("/imu0", rosTime(t + 2000000000), twice);
   });
   const auto sequence = opened();
-  const ImageSequenceCounts& counts = sequence->counts();
-  EXPECT_EQ(counts.images, 4);
-  EXPECT_EQ(counts.images_out_of_order, 1);
-  EXPECT_EQ(counts.images_repeated, 1);
-  EXPECT_EQ(counts.imu_unreadable, 1);
-  EXPECT_EQ(counts.imu_repeated, 1);
-  EXPECT_EQ(counts.imu_samples, TinyRecording::kImuSamples);
+  ASSERT_EQ(sequence->images(), 4u);
+  EXPECT_EQ(sequence->imageDisorder().out_of_order, 1);
+  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
+  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
+  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
+  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(cv::norm(sequence->image(k, nullptr), TinyRecording::image(static_cast<int>(k)),
                        cv::NORM_INF),
@@ -331,9 +330,9 @@ TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
   damage(std::string("\x04\0\0\0imu0", 8), 10, huge);
   folder_.write("tiny.bag", bytes);
   const auto sequence = opened();
-  EXPECT_EQ(sequence->counts().images_unreadable, 1);
-  EXPECT_EQ(sequence->counts().imu_unreadable, 1);
-  EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples - 1);
+  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
+  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
+  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples - 1u);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
   std::string error;
   EXPECT_TRUE(sequence->image(4, &error).empty());
@@ -452,7 +451,7 @@ TEST_F(RosbagTest, UnusualBagsAreRead) {
     writeSmallImages(&bag);
   }
   const auto sequence = opened();
-  EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples);
+  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   EXPECT_EQ(sequence->images(), 3U);
 }
 

@@ -63,9 +63,7 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
     line.length_px = 100.0;
     frames[k].lines.push_back(line);
   }
-  std::string error;
-  const auto window = InitWindow::create(calibration, frames, imu, &error);
-  ASSERT_NE(window, nullptr) << error;
+  const auto window = madeWindow(calibration, frames, imu);
   const auto compensated = withRowsCompensated(*window, gyro_bias);
   ASSERT_NE(compensated, nullptr);
   ASSERT_EQ(compensated->pointObservations().size(), 27u);

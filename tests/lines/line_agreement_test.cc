@@ -58,7 +58,7 @@ void confuse(FeatureId id, FeatureId other, int from, int to, ExactWindow* exact
     line->start_bearing = shown.start_bearing;
     line->end_bearing = shown.end_bearing;
   }
-  exact->window = InitWindow::create(exact->calibration, exact->keyframes, exact->imu);
+  exact->window = windowOf(*exact);
 }
 
 int observationsOf(const std::vector<Track>& tracks) {

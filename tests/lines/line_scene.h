@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "slim_init/init_window.h"
+#include "support/exact_window.h"
 
 namespace slim_init::test {
 
@@ -107,14 +108,12 @@ inline FrameObservation frameOf(double t, const std::vector<WindowLine>& lines,
   return frame;
 }
 
-/// A window of these keyframes with inertial data without information; null and `error` as
-/// create().
-inline std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& keyframes,
-                                                  std::string* error) {
+/// A window of these keyframes with inertial data without information.
+inline std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& keyframes) {
   std::vector<ImuSample> imu(2);
   imu[0].t = keyframes.front().t - 0.1;
   imu[1].t = keyframes.back().t + 0.1;
-  return InitWindow::create(Calibration(), keyframes, imu, error);
+  return madeWindow(Calibration(), keyframes, imu);
 }
 
 }  // namespace slim_init::test

@@ -43,10 +43,7 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
   calibration.sigmas = sigmas;
   std::vector<FrameObservation> keyframes = exact.keyframes;
   for (FrameObservation& frame : keyframes) frame.t -= td;
-  std::string error;
-  auto window = InitWindow::create(calibration, keyframes, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return madeWindow(calibration, keyframes, exact.imu);
 }
 
 double turnBetweenDeg(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
@@ -222,7 +219,7 @@ std::shared_ptr<const InitWindow> swinging(const Eigen::Vector3d& swing_c, unsig
   ExactWindow exact = makeExactWindow(options);
   exact.calibration.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
   exact.calibration.R_b_c.setIdentity();
-  return InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  return windowOf(exact);
 }
 
 // About one axis: refused, and told to turn about another one. About two: found.
@@ -267,7 +264,7 @@ TEST(CalibrationOfSlim, ARollingShutterIsExact) {
   ExactWindow ignored = exact;
   ignored.calibration.readout_s = 0.0;
   for (FrameObservation& frame : ignored.keyframes) setRows(0, &frame);
-  const auto window = InitWindow::create(ignored.calibration, ignored.keyframes, ignored.imu);
+  const auto window = windowOf(ignored);
   const InitResult wrong = slim->solve(*window);
   const double error = wrong.hasEstimate() ? std::abs(scaleError(wrong.states, exact.truth)) : 1.0;
   EXPECT_GT(error, 1e-2);
@@ -281,7 +278,7 @@ TEST(CalibrationOfSlim, AReadoutTimeThatIsOffIsFound) {
     ExactWindow exact = makeExactWindow(options);
     exact.calibration.readout_s -= off;
     exact.calibration.sigmas.readout_s = 0.005;
-    const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+    const auto window = windowOf(exact);
     const InitResult result = slim->solve(*window);
     ASSERT_TRUE(result.success()) << result.message;
     EXPECT_NEAR(result.calibration->readout_s, options.readout_s,
@@ -298,7 +295,7 @@ TEST(CalibrationOfSlim, ARollingShutterThatNobodyDeclaredIsFound) {
       options.readout_s = readout_s;
       ExactWindow exact = makeExactWindow(options);
       exact.calibration.readout_s = 0.0;
-      const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+      const auto window = windowOf(exact);
       const InitResult result = slim->solve(*window);
       ASSERT_TRUE(result.success()) << result.message;
       EXPECT_NEAR(result.calibration->readout_s, readout_s, 3e-3);
@@ -334,7 +331,7 @@ TEST(CalibrationOfSlim, AGlobalShutterThatIsDeclaredStaysOne) {
   ExactWindow exact = makeExactWindow(options);
   exact.calibration.readout_s = 0.0;
   exact.calibration.sigmas.readout_s = 0.0;
-  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  const auto window = windowOf(exact);
   const InitResult result = slim->solve(*window);
   ASSERT_TRUE(result.calibration.has_value());
   EXPECT_EQ(result.calibration->readout_s, 0.0);
@@ -354,7 +351,7 @@ TEST(CalibrationOfSlim, NoiseOfTheTracksIsMeasured) {
                 0.2 * noise_px);
 
     exact.calibration.sigma_px = 0.7;
-    const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+    const auto window = windowOf(exact);
     const InitResult given = slim->solve(*window);
     EXPECT_EQ(given.track_noise.assumed_px, 0.7);
     EXPECT_EQ(given.success(), noise_px < 1.0) << given.message;

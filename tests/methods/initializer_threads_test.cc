@@ -24,13 +24,6 @@
 namespace slim_init {
 namespace {
 
-ExactWindow exactWindow(int keyframes) {
-  ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);
-  options.keyframes = keyframes;
-  options.interval_s = 0.1;
-  return makeExactWindow(options);
-}
-
 /// A solver that stops in the middle of a solve until it is released.
 class Held : public WindowSolver {
  public:
@@ -99,7 +92,7 @@ class DuringASolve : public ::testing::Test {
     fed_ = exact_.keyframes[k].t;
   }
 
-  const ExactWindow exact_ = exactWindow(20);
+  const ExactWindow exact_ = makeExactWindow(drawnStream(3, Motion::kExcited, 20));
   Held* solver_ = nullptr;
   std::unique_ptr<IInitializer> initializer_;
   double fed_ = -1e9;

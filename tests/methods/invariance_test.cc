@@ -59,7 +59,7 @@ TEST_P(Invariance, StartOfTimeDoesNotMatter) {
   std::vector<ImuSample> imu = exact.imu;
   for (FrameObservation& frame : frames) frame.t += 1024.0;
   for (ImuSample& sample : imu) sample.t += 1024.0;
-  const auto window = InitWindow::create(exact.calibration, frames, imu);
+  const auto window = madeWindow(exact.calibration, frames, imu);
   const InitResult a = solve(*exact.window), b = solve(*window);
   EXPECT_NEAR(a.scale, b.scale, 1e-6);
   EXPECT_LT((a.gyro_bias - b.gyro_bias).norm(), 1e-8);

@@ -27,21 +27,12 @@ using Eigen::Vector3d;
 constexpr double kDeg = M_PI / 180.0;
 constexpr double kGyroSigma = 1e-3, kAccelSigma = 0.03;
 
-std::unique_ptr<WindowSolver> makeSolver(const InitializerOptions& options = dataSheetOptions()) {
-  std::string error;
-  auto solver = makeSlimSolver(options, &error);
-  EXPECT_NE(solver, nullptr) << error;
-  return solver;
-}
-
 InitResult solveKnowing(const ExactWindow& exact, const ImuBiases& known,
                         const InitializerOptions& options = dataSheetOptions()) {
   Calibration calibration = exact.calibration;
   calibration.imu_biases = known;
-  std::string error;
-  const auto window = InitWindow::create(calibration, exact.keyframes, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return makeSolver(options)->solve(*window);
+  const auto window = madeWindow(calibration, exact.keyframes, exact.imu);
+  return slimSolver(options)->solve(*window);
 }
 
 ImuBiases knownBiases(const Vector3d& gyro, const Vector3d& accel, double gyro_sigma = kGyroSigma,
@@ -77,7 +68,7 @@ TEST(KnownBiases, AreExactWithoutNoise) {
     EXPECT_LT((state.gyro_bias - options.gyro_bias).norm(), 1e-7);
   }
   // About zero such an accelerometer bias costs several per cent of scale.
-  const InitResult unknown = makeSolver()->solve(*exact.window);
+  const InitResult unknown = slimSolver(dataSheetOptions())->solve(*exact.window);
   EXPECT_GT(std::abs(scaleError(unknown.states, exact.truth)), 1e-3);
 }
 
@@ -106,7 +97,7 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
     const Vector3d bias_error = known.accel_bias - truth.accel_bias;
     of_bias += bias_error.dot(known.covariance.bottomRightCorner<3, 3>().llt().solve(bias_error));
     known_squares += error * error;
-    const InitResult unknown = makeSolver(options)->solve(*exact.window);
+    const InitResult unknown = slimSolver(options)->solve(*exact.window);
     unknown_squares += std::pow(scaleError(unknown.states, exact.truth), 2);
   }
   EXPECT_TRUE(isChiSquare(of_scale, kWindows)) << of_scale;
@@ -116,7 +107,7 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
 
 TEST(KnownBiases, WithoutEffectWhereThePriorsSayAsMuch) {
   const ExactWindow exact = makeExactWindow(drawnWithExactCalibration(3, 0.1));
-  const InitResult without = makeSolver()->solve(*exact.window);
+  const InitResult without = slimSolver(dataSheetOptions())->solve(*exact.window);
   const InertialOptions priors;
   const InitResult same =
       solveKnowing(exact, knownBiases(Vector3d(0.1, 0, 0), Vector3d(0, 0.1, 0),
@@ -132,7 +123,7 @@ TEST(KnownBiases, WithoutEffectWhereThePriorsSayAsMuch) {
 TEST(KnownBiases, ThatTheDataContradictAreNotUsed) {
   const ExactWindow exact = makeExactWindow(drawnWithExactCalibration(4, 0.1));
   const NavState& truth = exact.truth.front();
-  const InitResult without = makeSolver()->solve(*exact.window);
+  const InitResult without = slimSolver(dataSheetOptions())->solve(*exact.window);
   ASSERT_TRUE(without.success()) << without.message;
   const auto contradicted = [&](const Vector3d& gyro_error, const Vector3d& accel_error) {
     InitResult result = solveKnowing(

@@ -63,7 +63,7 @@ ExactWindow withConfusedLines(int pairs) {
       }
     }
   }
-  exact.window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  exact.window = windowOf(exact);
   return exact;
 }
 
@@ -114,7 +114,7 @@ ExactWindow withSlidingPoints(int points) {
       point.bearing.normalize();
     }
   }
-  exact.window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  exact.window = windowOf(exact);
   return exact;
 }
 

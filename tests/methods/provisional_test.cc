@@ -40,11 +40,8 @@ InitializerOptions solverOptions() {
 }
 
 InitResult solve(const ExactWindow& exact, const InitializerOptions& options) {
-  std::string error;
-  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
-  EXPECT_NE(solver, nullptr) << error;
   WorkBudget budget = unlimitedBudget();
-  return solver->solveProvisional(*exact.window, &budget);
+  return slimSolver(options)->solveProvisional(*exact.window, &budget);
 }
 
 const GateValue* gateOf(const InitResult& result, GateName name) {

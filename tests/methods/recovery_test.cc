@@ -42,14 +42,6 @@ constexpr double kVelocitySigma = 0.1;
 constexpr double kGyroBiasSigma = 2e-3;
 constexpr double kAccelBiasSigma = 0.05;
 
-ExactWindowOptions windowOptions(unsigned seed, Motion motion, int keyframes) {
-  ExactWindowOptions options = drawnWithExactCalibration(seed, kAccelBiasSigma);
-  options.motion = motion;
-  options.keyframes = keyframes;
-  options.interval_s = 0.1;
-  return options;
-}
-
 ExactWindowOptions withoutNoise(ExactWindowOptions options) {
   options.pixel_noise = 0.0;
   options.imu_noise = false;
@@ -99,11 +91,8 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
 
 InitResult solve(const ExactWindow& exact, const StatePrior& prior,
                  const InitializerOptions& options = dataSheetOptions()) {
-  std::string error;
-  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
-  EXPECT_NE(solver, nullptr) << error;
   WorkBudget budget = unlimitedBudget();
-  InitResult result = solver->solveWithPrior(*exact.window, prior, &budget);
+  InitResult result = slimSolver(options)->solveWithPrior(*exact.window, prior, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
 }
@@ -115,7 +104,7 @@ bool dropped(const InitResult& result, const char* part) {
 // ---- carried by the IMU
 
 TEST(PropagatePrior, ErrorsAreCarriedAsTheStateIs) {
-  const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 10)));
+  const ExactWindow exact = makeExactWindow(withoutNoise(drawnStream(1, Motion::kExcited, 10)));
   StatePrior prior = priorOf(exact.truth.front(), 0);
   ImuNoise none;
   none.gyro_density = none.accel_density = 1e-12;
@@ -197,7 +186,7 @@ TEST(StateTest, IsTheDistanceBetweenPriorAndData) {
 TEST(Recovery, WithoutNoiseItIsExactForEveryMotion) {
   for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity, Motion::kHover}) {
     for (const int keyframes : {4, 7}) {
-      const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, motion, keyframes)));
+      const ExactWindow exact = makeExactWindow(withoutNoise(drawnStream(1, motion, keyframes)));
       InitializerOptions options = dataSheetOptions();
       options.refinement.tolerance = 1e-10;
       const InitResult answer = solve(exact, priorOf(exact.truth.front(), 0), options);
@@ -218,7 +207,7 @@ TEST(Recovery, WithoutNoiseItIsExactForEveryMotion) {
 // Without noise the velocity of an excited window is found in spite of a prior that is off: it is
 // drawn to it by what its covariance says, and with it the position goes where the frame says.
 TEST(Recovery, TheCalibrationOfTheHostIsUsed) {
-  const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 7)));
+  const ExactWindow exact = makeExactWindow(withoutNoise(drawnStream(1, Motion::kExcited, 7)));
   StatePrior prior = priorOf(exact.truth.front(), 0);
   CalibrationEstimate found;
   found.R_b_c = exact.calibration.R_b_c;
@@ -228,9 +217,7 @@ TEST(Recovery, TheCalibrationOfTheHostIsUsed) {
   ExactWindow off = exact;
   off.calibration.R_b_c = exact.calibration.R_b_c * expSO3(Eigen::Vector3d(0.05, -0.02, 0.01));
   off.calibration.t_b_c += Eigen::Vector3d(0.02, 0.0, 0.0);
-  std::string error;
-  off.window = InitWindow::create(off.calibration, exact.keyframes, exact.imu, &error);
-  ASSERT_NE(off.window, nullptr) << error;
+  off.window = madeWindow(off.calibration, exact.keyframes, exact.imu);
   const InitResult with = solve(off, prior);
   ASSERT_TRUE(with.success()) << with.message;
   EXPECT_LT(newestError(with, exact).velocity, 1e-3);
@@ -248,7 +235,7 @@ TEST(Recovery, ErrorsAreWhatTheCovarianceSays) {
       int count = 0, with_drop = 0;
       constexpr int kWindows = 100;
       for (unsigned seed = 1; seed <= kWindows; ++seed) {
-        const ExactWindow exact = makeExactWindow(windowOptions(seed, motion, keyframes));
+        const ExactWindow exact = makeExactWindow(drawnStream(seed, motion, keyframes));
         const InitResult answer = solve(exact, priorOf(exact.truth.front(), seed));
         with_drop += answer.prior_dropped.empty() ? 0 : 1;
         if (!answer.success()) continue;
@@ -314,9 +301,9 @@ TEST(Recovery, WrongPartsAreFoundAndNamed) {
   int worse[kWrongStates] = {};
   const char* names[kWrongStates] = {};
   const NavState elsewhere =
-      makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 31))).truth.back();
+      makeExactWindow(withoutNoise(drawnStream(1, Motion::kExcited, 31))).truth.back();
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
-    const ExactWindow exact = makeExactWindow(windowOptions(seed, Motion::kExcited, kKeyframes));
+    const ExactWindow exact = makeExactWindow(drawnStream(seed, Motion::kExcited, kKeyframes));
     const StatePrior prior = priorOf(exact.truth.front(), seed);
     const std::vector<Wrong> list = wrongStates(seed, exact.truth.front(), elsewhere);
     for (int i = 0; i < kWrongStates; ++i) {
@@ -348,7 +335,7 @@ TEST(Recovery, WrongPartsAreFoundAndNamed) {
 // ---- what a host sees
 
 TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
-  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kConstantVelocity, 12));
+  const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kConstantVelocity, 12));
   const auto initializer = makeFed(exact, dataSheetOptions());
   // There is no start at constant velocity.
   EXPECT_FALSE(initializer->initialize().success());
@@ -389,7 +376,7 @@ class RecoveryOfASuccess : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(initializer_->initialize().success()); }
 
-  const ExactWindow exact_ = makeExactWindow(windowOptions(3, Motion::kExcited, 16));
+  const ExactWindow exact_ = makeExactWindow(drawnStream(3, Motion::kExcited, 16));
   const std::unique_ptr<IInitializer> initializer_ = makeFed(exact_, dataSheetOptions());
   const StatePrior good_ = priorOf(exact_.truth[6], 3);
 };
@@ -432,7 +419,7 @@ TEST_F(RecoveryOfASuccess, WhereAllStatesAreWrongTheWindowAloneWins) {
 // Half a second before the window a velocity that is wrong by 3.7 m/s would move the frame by more
 // than a metre.
 TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
-  const ExactWindow exact = makeExactWindow(windowOptions(3, Motion::kExcited, 21));
+  const ExactWindow exact = makeExactWindow(drawnStream(3, Motion::kExcited, 21));
   InitializerOptions options = dataSheetOptions();
   options.window.keyframes = 15;
   options.window.max_span_s = 0.0;
@@ -446,7 +433,7 @@ TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
 }
 
 TEST(Recovery, BadInputIsRefusedWithAReason) {
-  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
+  const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kExcited, 8));
   const auto initializer = makeFed(exact, dataSheetOptions());
   const StatePrior good = priorOf(exact.truth.front(), 1);
   enum By { kSolver = 1, kInitializer = 2, kBoth = 3 };
@@ -478,7 +465,7 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
 }
 
 TEST(Recovery, AMethodWithoutItSaysSo) {
-  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
+  const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kExcited, 8));
   WorkBudget budget = unlimitedBudget();
   const InitResult none =
       PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1), &budget);

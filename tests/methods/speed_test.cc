@@ -103,9 +103,7 @@ InitResult solve(const ExactWindow& exact, const Wheel* wheel,
     calibration.speed_sensor = sensorOf(*wheel, exact);
     speeds = measure(*wheel, calibration.speed_sensor, exact);
   }
-  std::string error;
-  const auto window = InitWindow::create(calibration, exact.keyframes, exact.imu, &error, speeds);
-  EXPECT_NE(window, nullptr) << error;
+  const auto window = madeWindow(calibration, exact.keyframes, exact.imu, speeds);
   return makeSlimSolver(InitializerOptions())->solve(*window);
 }
 

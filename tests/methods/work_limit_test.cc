@@ -16,14 +16,6 @@
 namespace slim_init {
 namespace {
 
-ExactWindow exactWindow(Motion motion) {
-  ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);
-  options.motion = motion;
-  options.keyframes = 16;
-  options.interval_s = 0.1;
-  return makeExactWindow(options);
-}
-
 std::unique_ptr<IInitializer> makeLimited(const ExactWindow& exact, double units) {
   InitializerOptions options = dataSheetOptions();
   options.limits.max_solve_ms = units > 0.0 ? 1.0 : 0.0;
@@ -44,7 +36,7 @@ StatePrior healthyState(const NavState& truth) {
 // From no work at all to all of it: a solve ends with the right estimate, or with the limit. Never
 // is an estimate accepted that the whole solve would not give, and equal work gives equal bytes.
 TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
-  const ExactWindow exact = exactWindow(Motion::kExcited);
+  const ExactWindow exact = makeExactWindow(drawnStream(3, Motion::kExcited, 16));
   const InitResult whole = makeLimited(exact, 0.0)->initialize();
   ASSERT_TRUE(whole.success()) << whole.message;
   int limited = 0, accepted = 0;
@@ -70,7 +62,7 @@ TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
 // At constant velocity the window alone has no estimate; what it may cost is bounded, so that there
 // is work left for the known state.
 TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
-  const ExactWindow exact = exactWindow(Motion::kConstantVelocity);
+  const ExactWindow exact = makeExactWindow(drawnStream(3, Motion::kConstantVelocity, 16));
   const std::vector<StatePrior> healthy = {healthyState(exact.truth[8])};
   const InitResult whole = makeLimited(exact, 0.0)->initialize({healthy, {}});
   ASSERT_TRUE(whole.success()) << whole.message;

@@ -36,7 +36,6 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
   calibration.R_b_c = calibration.R_b_c * expSO3(-extrinsic_error);
   std::vector<FrameObservation> keyframes = exact.keyframes;
   for (FrameObservation& frame : keyframes) frame.t -= td_error;
-  std::string error;
   std::vector<ImuSample> imu = exact.imu;
   // The data reach just over the window: the outermost samples are held for what the error asks.
   if (keyframes.front().t < imu.front().t) {
@@ -47,9 +46,7 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
     imu.push_back(imu.back());
     imu.back().t = keyframes.back().t;
   }
-  auto window = InitWindow::create(calibration, keyframes, imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return madeWindow(calibration, keyframes, imu);
 }
 
 CalibrationCheck check(const InitWindow& window) {

@@ -58,7 +58,7 @@ TEST(TrackNoise, IsThatOfTheTracksThatAreNoGrossErrors) {
       point.bearing = (point.bearing + 0.05 * Eigen::Vector3d(x, y, 0.0)).normalized();
     }
   }
-  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  const auto window = windowOf(exact);
   EXPECT_NEAR(robustBiasOf(*window).track_sigma * exact.calibration.focal_px, 0.6, 0.2 * 0.6);
 }
 
@@ -75,7 +75,7 @@ ReadoutCheck readoutOf(unsigned seed, double true_s, double assumed_s) {
   options.readout_s = true_s;
   ExactWindow exact = makeExactWindow(options);
   exact.calibration.readout_s = assumed_s;
-  return robustBiasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu)).readout;
+  return robustBiasOf(*windowOf(exact)).readout;
 }
 
 // Far within the standard deviation of one window for a global shutter; one step from nothing is
@@ -101,8 +101,7 @@ TEST(ReadoutCheck, FindsWhatNobodyDeclared) {
 TEST(ReadoutCheck, NeedsRowsAndRotation) {
   ExactWindow exact = makeExactWindow(noisy(1, 0.6));
   for (FrameObservation& frame : exact.keyframes) setRows(0, &frame);
-  EXPECT_FALSE(robustBiasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu))
-                   .readout.valid);
+  EXPECT_FALSE(robustBiasOf(*windowOf(exact)).readout.valid);
   ExactWindowOptions options = noisy(1, 0.6);
   options.motion = Motion::kHover;
   EXPECT_FALSE(robustBiasOf(*makeExactWindow(options).window).readout.valid);

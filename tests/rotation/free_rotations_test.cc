@@ -12,6 +12,7 @@
 #include "geometry/so3.h"
 #include "slim_init/init_window.h"
 #include "support/drawn_vector.h"
+#include "support/exact_window.h"
 
 namespace slim_init {
 namespace {
@@ -57,10 +58,7 @@ std::shared_ptr<const InitWindow> movingWindow(double depth, double step, std::m
     sample.accel = Eigen::Vector3d(0.0, 0.0, 9.81);
     imu.push_back(sample);
   }
-  std::string error;
-  auto window = InitWindow::create(Calibration(), frames, imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return madeWindow(Calibration(), frames, imu);
 }
 
 struct Freed {

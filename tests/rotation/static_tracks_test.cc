@@ -44,10 +44,7 @@ std::shared_ptr<const InitWindow> withDrops(const ExactWindowOptions& options,
       point.bearing.normalize();
     }
   }
-  std::string error;
-  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return windowOf(exact, frames);
 }
 
 bool everyFifth(FeatureId id) { return id % 5 == 0; }

@@ -38,7 +38,7 @@ Prepared makePrepared(const ExactWindowOptions& options, int sliding_points = 0)
       point.bearing.normalize();
     }
   }
-  s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
+  s.window = windowOf(s.exact, frames);
   s.pre = preintegrateWindow(*s.window, options.gyro_bias, Eigen::Vector3d::Zero(),
                              PreintegrationParts::kMean);
   s.R_b0_bk = chainRotations(s.pre);
@@ -89,7 +89,7 @@ TEST(InertialStartingState, NeedsNoTrackThatLinksTheWindow) {
   for (std::size_t k = frames.size() / 2; k < frames.size(); ++k) {
     for (PointObservation& point : frames[k].points) point.id += 1000000;
   }
-  s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
+  s.window = windowOf(s.exact, frames);
   const std::optional<WindowState> start =
       inertialStartingState(*s.window, s.pre, InertialOptions());
   ASSERT_TRUE(start.has_value());
@@ -106,8 +106,7 @@ TEST(InertialStartingState, NoneFromViewsOfNothing) {
   Prepared s = makePrepared(ExactWindowOptions());
   std::vector<FrameObservation> frames = s.exact.keyframes;
   for (FrameObservation& frame : frames) frame.points.clear();
-  s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
-  ASSERT_NE(s.window, nullptr);
+  s.window = windowOf(s.exact, frames);
   EXPECT_FALSE(inertialStartingState(*s.window, s.pre, InertialOptions()).has_value());
 }
 

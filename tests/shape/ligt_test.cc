@@ -93,8 +93,7 @@ TEST(Ligt, TwoDisconnectedHalvesHaveNoLinkage) {
   for (std::size_t k = 5; k < frames.size(); ++k) {
     for (PointObservation& point : frames[k].points) point.id += 1000000;
   }
-  const auto window = InitWindow::create(exact.calibration, frames, exact.imu);
-  ASSERT_NE(window, nullptr);
+  const auto window = windowOf(exact, frames);
   const TranslationEstimate estimate = estimateTranslations(*window, cameraTruth(exact).R_c0_ck);
   ASSERT_TRUE(estimate.valid);
   EXPECT_LT(estimate.linkage(), 10.0);

@@ -10,21 +10,15 @@
 #include <set>
 
 #include "support/frames.h"
+#include "support/made_trajectory.h"
 
 namespace slim_init::simulation {
 namespace {
 
-// A body that stands still at a place, looking along world x.
-class StillTrajectory : public Trajectory {
- public:
-  explicit StillTrajectory(const Eigen::Vector3d& p_w_b) { pose_.p_w_b = p_w_b; }
-  double begin() const override { return 0.0; }
-  double end() const override { return 1e6; }
-  Kinematics at(double) const override { return pose_; }
-
- private:
-  Kinematics pose_;
-};
+// A body at the origin, looking along world x.
+std::unique_ptr<Trajectory> standing() {
+  return std::make_unique<MadeTrajectory>(0.0, 1e6, [](double) { return Kinematics(); });
+}
 
 // A camera that looks along the body's x axis, a hand's breadth from its centre.
 Calibration rig() {
@@ -74,7 +68,7 @@ Scene scene(const std::string& motion, WorldKind kind, double duration = 30.0) {
 // ever leaves the view.
 Scene stillScene(int points = 3000) {
   Scene s;
-  s.trajectory = std::make_unique<StillTrajectory>(Eigen::Vector3d::Zero());
+  s.trajectory = standing();
   s.world.hull = {Eigen::Vector3d::Constant(-50.0), Eigen::Vector3d::Constant(50.0)};
   for (int i = 0; i < points; ++i) {
     const double depth = 3.0 + 0.01 * (i % 700);
@@ -263,7 +257,7 @@ TEST(FeatureProjection, TimeOffsetMovesTheCameraNotTheStamp) {
 Scene boxScene() {
   Scene s;
   s.calibration.t_b_c.setZero();
-  s.trajectory = std::make_unique<StillTrajectory>(Eigen::Vector3d::Zero());
+  s.trajectory = standing();
   s.world.hull = {Eigen::Vector3d::Constant(-10.0), Eigen::Vector3d::Constant(10.0)};
   s.world.obstacles = {{Eigen::Vector3d(3.0, -0.5, -0.5), Eigen::Vector3d(4.0, 0.5, 0.5)}};
   return s;
@@ -286,17 +280,11 @@ TEST(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
   Scene s = boxScene();
   s.world.points = {{6.0, 0.0, 0.0}};
   // Sideways past the box at 0.5 m/s: its back face at 4 m hides the point at 6 m while |y| < 1.5.
-  class Slider : public Trajectory {
-   public:
-    double begin() const override { return 0.0; }
-    double end() const override { return 20.0; }
-    Kinematics at(double t) const override {
-      Kinematics k;
-      k.p_w_b = Eigen::Vector3d(0.0, -2.0 + 0.5 * t, 0.0);
-      return k;
-    }
-  };
-  s.trajectory = std::make_unique<Slider>();
+  s.trajectory = std::make_unique<MadeTrajectory>(0.0, 20.0, [](double t) {
+    Kinematics k;
+    k.p_w_b = Eigen::Vector3d(0.0, -2.0 + 0.5 * t, 0.0);
+    return k;
+  });
   FeatureSimulationOptions options = noiseFree();
   options.track_life = 1e6;
   const auto frames = s.run(options, 160);

@@ -1,35 +1,17 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/simulation/imu_simulator.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
+
+#include "slim_init/simulation/motion_sensors.h"
+#include "support/made_trajectory.h"
 
 namespace slim_init::simulation {
 namespace {
 
-// A motion made of one function.
-class TestTrajectory : public Trajectory {
- public:
-  TestTrajectory(double begin, double end, std::function<Kinematics(double)> at)
-      : begin_(begin), end_(end), at_(std::move(at)) {}
-  double begin() const override { return begin_; }
-  double end() const override { return end_; }
-  Kinematics at(double t) const override { return at_(t); }
-
- private:
-  double begin_, end_;
-  std::function<Kinematics(double)> at_;
-};
-
-TestTrajectory still(double duration, const Eigen::Matrix3d& R_w_b = Eigen::Matrix3d::Identity()) {
-  return {0.0, duration, [R_w_b](double) {
-            Kinematics k;
-            k.R_w_b = R_w_b;
-            return k;
-          }};
+MadeTrajectory still(double duration) {
+  return {0.0, duration, [](double) { return Kinematics(); }};
 }
 
 ImuSimulationOptions noiseFree() {
@@ -41,7 +23,7 @@ ImuSimulationOptions noiseFree() {
 }
 
 TEST(ImuSimulator, SamplesAtTheRateFromTheBegin) {
-  const TestTrajectory trajectory(10.0, 12.0, [](double) { return Kinematics(); });
+  const MadeTrajectory trajectory(10.0, 12.0, [](double) { return Kinematics(); });
   ImuSimulationOptions options;
   options.rate_hz = 400.0;
   const std::vector<ImuSample> imu = simulateImu(trajectory, options);
@@ -51,49 +33,38 @@ TEST(ImuSimulator, SamplesAtTheRateFromTheBegin) {
   EXPECT_EQ(simulateImu(trajectory, options).size(), 601U);
 }
 
-TEST(ImuSimulator, AtRestFeelsGravityUpwards) {
-  const Eigen::Matrix3d R_w_b =
-      Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
-  const std::vector<ImuSample> imu = simulateImu(still(1.0, R_w_b), noiseFree());
-  for (const ImuSample& s : imu) {
-    EXPECT_LT((R_w_b * s.accel - Eigen::Vector3d(0.0, 0.0, 9.81007)).norm(), 1e-12);
-    EXPECT_EQ(s.gyro, Eigen::Vector3d(0.0, 0.0, 0.0));
-  }
-}
-
-TEST(ImuSimulator, FreeFallFeelsNothing) {
-  const TestTrajectory falling(0.0, 1.0, [](double) {
-    Kinematics k;
-    k.a_w_b = Eigen::Vector3d(0.0, 0.0, -9.81007);
-    return k;
-  });
-  for (const ImuSample& s : simulateImu(falling, noiseFree())) EXPECT_EQ(s.accel.norm(), 0.0);
-}
-
-TEST(ImuSimulator, ForwardAccelerationIsFeltForwards) {
-  const Eigen::Matrix3d R_w_b =
-      Eigen::AngleAxisd(std::acos(-1.0) / 2.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const TestTrajectory speeding(0.0, 1.0, [R_w_b](double) {
-    Kinematics k;
-    k.R_w_b = R_w_b;  // body x points along world y
-    k.a_w_b = Eigen::Vector3d(0.0, 2.0, 0.0);
-    k.omega_b = Eigen::Vector3d(0.1, 0.2, 0.3);
-    return k;
-  });
-  for (const ImuSample& s : simulateImu(speeding, noiseFree())) {
-    EXPECT_LT((s.accel - Eigen::Vector3d(2.0, 0.0, 9.81007)).norm(), 1e-12);
-    EXPECT_LT((s.gyro - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
-  }
-}
-
-TEST(ImuSimulator, AddsBiases) {
-  ImuSimulationOptions options = noiseFree();
-  options.gyro_bias = Eigen::Vector3d(0.01, -0.02, 0.03);
-  options.accel_bias = Eigen::Vector3d(-0.1, 0.2, 0.3);
-  const std::vector<ImuSample> imu = simulateImu(still(0.1), options);
-  for (const ImuSample& s : imu) {
-    EXPECT_EQ(s.gyro, options.gyro_bias);
-    EXPECT_LT((s.accel - Eigen::Vector3d(-0.1, 0.2, 10.11007)).norm(), 1e-12);
+TEST(ImuSimulator, FeelsWhatTheMotionSays) {
+  using Eigen::Matrix3d, Eigen::Vector3d;
+  const Matrix3d level = Matrix3d::Identity();
+  const Matrix3d tilted =
+      Eigen::AngleAxisd(1.1, Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+  Matrix3d left;  // body x points along world y
+  left << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Vector3d zero = Vector3d::Zero(), up(0.0, 0.0, 9.81007), turn(0.1, 0.2, 0.3);
+  const struct {
+    const char* name;
+    Matrix3d R_w_b;
+    Vector3d a_w_b, omega_b, gyro_bias, accel_bias, gyro, accel;
+  } cases[] = {
+      {"rest", tilted, zero, zero, zero, zero, zero, tilted.transpose() * up},
+      {"free fall", level, -up, zero, zero, zero, zero, zero},
+      {"forwards", left, {0.0, 2.0, 0.0}, turn, zero, zero, turn, {2.0, 0.0, 9.81007}},
+      {"biases", level, zero, zero, turn, {-0.1, 0.2, 0.3}, turn, {-0.1, 0.2, 10.11007}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    Kinematics motion;
+    motion.R_w_b = c.R_w_b;
+    motion.a_w_b = c.a_w_b;
+    motion.omega_b = c.omega_b;
+    ImuSimulationOptions options = noiseFree();
+    options.gyro_bias = c.gyro_bias;
+    options.accel_bias = c.accel_bias;
+    for (const ImuSample& s :
+         simulateImu(MadeTrajectory(0.0, 1.0, [&](double) { return motion; }), options)) {
+      EXPECT_EQ(s.gyro, c.gyro);
+      EXPECT_LT((s.accel - c.accel).norm(), 1e-12);
+    }
   }
 }
 

@@ -191,6 +191,14 @@ ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_si
   return options;
 }
 
+ExactWindowOptions drawnStream(unsigned seed, Motion motion, int keyframes) {
+  ExactWindowOptions options = drawnWithExactCalibration(seed, 0.05);
+  options.motion = motion;
+  options.keyframes = keyframes;
+  options.interval_s = 0.1;
+  return options;
+}
+
 ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   ExactWindow out;
   out.calibration = eurocCalibration();
@@ -313,12 +321,23 @@ ExactWindow noisyWindow(Motion motion, unsigned seed) {
   return noisyWindow(options);
 }
 
-std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
-                                           const std::vector<FrameObservation>& keyframes) {
+std::shared_ptr<const InitWindow> madeWindow(const Calibration& calibration,
+                                             const std::vector<FrameObservation>& keyframes,
+                                             const std::vector<ImuSample>& imu,
+                                             const std::vector<SpeedSample>& speeds) {
   std::string error;
-  auto window = InitWindow::create(exact.calibration, keyframes, exact.imu, &error);
+  auto window = InitWindow::create(calibration, keyframes, imu, &error, speeds);
   if (window == nullptr) throw std::runtime_error(error);
   return window;
+}
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& keyframes) {
+  return madeWindow(exact.calibration, keyframes, exact.imu);
+}
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact) {
+  return windowOf(exact, exact.keyframes);
 }
 
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {

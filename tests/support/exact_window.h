@@ -73,6 +73,9 @@ ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma);
 /// drawnFromTheModel() with a calibration that is known to be exact.
 ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_sigma);
 
+/// The same with an accelerometer bias of 0.05 m/s^2 and keyframes at 10 Hz, as from a stream.
+ExactWindowOptions drawnStream(unsigned seed, Motion motion, int keyframes);
+
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);
 
@@ -80,7 +83,13 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options);
 ExactWindow noisyWindow(ExactWindowOptions options = ExactWindowOptions());
 ExactWindow noisyWindow(Motion motion, unsigned seed);
 
-/// Other keyframes with the calibration and the IMU data of `exact`; throws if there is no window.
+/// InitWindow::create(); throws if there is no window.
+std::shared_ptr<const InitWindow> madeWindow(const Calibration& calibration,
+                                             const std::vector<FrameObservation>& keyframes,
+                                             const std::vector<ImuSample>& imu,
+                                             const std::vector<SpeedSample>& speeds = {});
+/// The same of a window that was changed, and of other keyframes with its calibration and IMU data.
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact);
 std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
                                            const std::vector<FrameObservation>& keyframes);
 

@@ -17,6 +17,14 @@ inline void feed(IInitializer& initializer, const ExactWindow& exact) {
   for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
 }
 
+/// `slim`, with options that are valid.
+inline std::unique_ptr<WindowSolver> slimSolver(const InitializerOptions& options) {
+  std::string error;
+  auto solver = makeSlimSolver(options, &error);
+  EXPECT_NE(solver, nullptr) << error;
+  return solver;
+}
+
 /// `slim` with the data of a window.
 inline std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
                                              const InitializerOptions& options) {

@@ -5,14 +5,14 @@
 
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
 #include "support/exact_window.h"
+#include "support/made_trajectory.h"
 #include "verdict/rest.h"
 
 namespace slim_init {
@@ -22,27 +22,6 @@ using namespace simulation;  // NOLINT: the vocabulary of this test
 
 constexpr double kImageRate = 20.0;  // [Hz]
 constexpr int kImages[] = {21, 41};  // of a window: 1 s and 2 s
-
-// At a constant velocity, without anything for the IMU to feel.
-class Straight : public Trajectory {
- public:
-  Straight(double speed, double duration_s, std::unique_ptr<Trajectory> attitude)
-      : speed_(speed), duration_s_(duration_s), attitude_(std::move(attitude)) {}
-  double begin() const override { return 0.0; }
-  double end() const override { return duration_s_; }
-  Kinematics at(double t) const override {
-    Kinematics out = attitude_->at(0.0);
-    out.omega_b.setZero();
-    out.a_w_b.setZero();
-    out.v_w_b = speed_ * Eigen::Vector3d::UnitX();
-    out.p_w_b += t * out.v_w_b;
-    return out;
-  }
-
- private:
-  double speed_, duration_s_;
-  std::unique_ptr<Trajectory> attitude_;
-};
 
 struct Moving {
   std::string motion;  // of makeBuiltinTrajectory(), or "straight"
@@ -63,10 +42,7 @@ std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& 
       samples.push_back(sample);
     }
   }
-  std::string error;
-  auto window = InitWindow::create(calibration, images, samples, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  return madeWindow(calibration, images, samples);
 }
 
 // One window after the other of `duration_s`.
@@ -76,8 +52,16 @@ Counts countRests(const Moving& moving, double duration_s, unsigned seed) {
   std::unique_ptr<Trajectory> trajectory =
       makeBuiltinTrajectory(straight ? "hover" : moving.motion, duration_s, calibration.R_b_c, seed,
                             nullptr, moving.speed);
-  if (straight) {
-    trajectory = std::make_unique<Straight>(moving.speed, duration_s, std::move(trajectory));
+  if (straight) {  // at a constant velocity, without anything for the IMU to feel
+    Kinematics start;
+    start.R_w_b = trajectory->at(0.0).R_w_b;
+    start.p_w_b = trajectory->at(0.0).p_w_b;
+    start.v_w_b = moving.speed * Eigen::Vector3d::UnitX();
+    trajectory = std::make_unique<MadeTrajectory>(0.0, duration_s, [start](double t) {
+      Kinematics out = start;
+      out.p_w_b += t * out.v_w_b;
+      return out;
+    });
   }
   ImuSimulationOptions imu_options;
   imu_options.noise = calibration.imu_noise;

@@ -340,8 +340,7 @@ TEST(Measures, ParallaxSeesMotionThatReturnsToItsStart) {
     frames[9 - k].points = exact.keyframes[k].points;
     frames[k].points = exact.keyframes[k].points;
   }
-  const auto window = InitWindow::create(exact.calibration, frames, exact.imu);
-  ASSERT_NE(window, nullptr);
+  const auto window = windowOf(exact, frames);
   const Eigen::Matrix3d R_w_c0 = exact.truth[0].R_w_b * exact.calibration.R_b_c;
   std::vector<Eigen::Matrix3d> R(10);
   for (int k = 0; k < 5; ++k) {

@@ -43,9 +43,7 @@ RestMeasures measured(ExactWindow exact, const ChangeSample& change_sample,
       for (PointObservation& point : frame.points) change_bearing(frame.t, &point.bearing);
     }
   }
-  std::string error;
-  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
+  const auto window = windowOf(exact);
   return measureRest(*window);
 }
 

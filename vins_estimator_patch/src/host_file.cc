@@ -3,9 +3,7 @@
 
 #include <utility>
 
-#include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
-#include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -51,9 +49,7 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   options.estimate_td = config.estimate_td;
   options.estimate_extrinsic = config.host.estimate_extrinsic != 0;
   options.image_height = config.camera.height;
-  config.options.limits = liveLimits(config.options.limits);
-  std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
-      config.method, config.calibration, config.options, config.baselines, error);
+  std::unique_ptr<IInitializer> initializer = makeLiveInitializer(config, error);
   if (initializer == nullptr) return nullptr;
   std::unique_ptr<HostAdapter> adapter =
       HostAdapter::create(std::move(initializer), options, error);

@@ -9,7 +9,6 @@
 #include <limits>
 #include <mutex>
 
-#include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
@@ -17,7 +16,6 @@
 #include "slim_init/text.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
-#include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -38,22 +36,6 @@ Calibration calibrationOf(const OpenVinsRig& rig) {
   calibration.imu_noise.gyro_density = rig.gyro_density;
   calibration.imu_noise.accel_density = rig.accel_density;
   return calibration;
-}
-
-// `rig` holds where the file's section `slim_init:` is silent; "" for `file`: everywhere, and the
-// method is slim. On a problem null and a message in `error`. `limits`: of IMU samples, unchanged
-// without a file. `notes`: what a person should know.
-std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
-                                         ImuLimits* limits, std::vector<std::string>* notes,
-                                         std::string* error) {
-  Config config;
-  config.calibration = rig;
-  if (!file.empty() && !loadOptions(file, &config, error)) return nullptr;
-  *notes = config.notes;
-  *limits = config.options.imu;
-  config.options.limits = liveLimits(config.options.limits);
-  return baselines::makeInitializer(config.method, config.calibration, config.options,
-                                    config.baselines, error);
 }
 
 std::string inShort(double value, int digits) { return roundedText(digits, std::fixed, value); }
@@ -157,22 +139,22 @@ void OpenVinsGlue::listen(const Listener& listener) { state_->listener = listene
 bool OpenVinsGlue::open(const std::string& mode, const std::string& file, const OpenVinsRig& rig) {
   State& state = *state_;
   std::string error;
-  std::vector<std::string> notes;
+  Config config;
+  config.calibration = calibrationOf(rig);  // where the file's section is silent
   if (!parseHostMode(mode, &state.mode)) {
     error = "initializer is \"" + mode + "\", must be stock, slim or shadow";
   } else if (state.mode == HostMode::kStock) {
     return false;
-  } else {
-    ImuLimits limits;
-    state.initializer = makeMethod(file, calibrationOf(rig), &limits, &notes, &error);
-    state.screen = host_health::ImuScreen(limits);
+  } else if (file.empty() || loadOptions(file, &config, &error)) {
+    state.initializer = makeLiveInitializer(config, &error);
+    state.screen = host_health::ImuScreen(config.options.imu);
   }
   if (state.initializer == nullptr) {
     state.report("error: " + error + "; the host initializes by itself");
     return false;
   }
   state.td = rig.td;
-  for (const std::string& note : notes) state.report(note);
+  for (const std::string& note : config.notes) state.report(note);
   state.report(std::string("initializer: ") + toString(state.mode) + ", method " +
                state.initializer->info().method);
   state.active = true;

@@ -160,9 +160,6 @@ OptionTable optionTable(BaselineOptions* o) {
   return table;
 }
 
-std::string BaselineOptions::validate() const {
-  BaselineOptions copy = *this;
-  return RangeCheck().within(optionTable(&copy)).message();
-}
+std::string BaselineOptions::validate() const { return RangeCheck::of(*this).message(); }
 
 }  // namespace slim_init::baselines

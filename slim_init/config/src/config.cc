@@ -9,6 +9,7 @@
 
 #include "host_keys.h"
 #include "slim_init/baselines/baselines.h"
+#include "slim_init/work_budget.h"
 #include "yaml_value.h"
 
 namespace slim_init {
@@ -192,6 +193,13 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
 }
 
 }  // namespace
+
+std::unique_ptr<IInitializer> makeLiveInitializer(const Config& config, std::string* error) {
+  InitializerOptions options = config.options;
+  options.limits = liveLimits(options.limits);
+  return baselines::makeInitializer(config.method, config.calibration, options, config.baselines,
+                                    error);
+}
 
 OptionTable configTable(Config* config) {
   OptionTable table = {

@@ -284,13 +284,19 @@ void readOutputFolder(const cv::FileNode& root, std::string* folder) {
   if (!folder->empty() && folder->front() == '~' && home != nullptr) folder->replace(0, 1, home);
 }
 
+// As a path in the file `path` is meant.
+std::string besideFile(const std::string& path, const std::string& name) {
+  const std::size_t slash = path.rfind('/');
+  if (name.front() == '/' || slash == std::string::npos) return name;
+  return path.substr(0, slash + 1) + name;
+}
+
 // VINS-Fusion keeps the camera in a file beside its own.
 CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path) {
   std::string name;
   readOptional(root, "cam0_calib", &name);
   if (name.empty()) return readCamera(root);
-  const size_t slash = path.rfind('/');
-  const std::string file = slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+  const std::string file = besideFile(path, name);
   try {
     return readCamera(openFile(file)->root());
   } catch (const Problem& problem) {
@@ -302,13 +308,6 @@ CameraParameters readHostCamera(const cv::FileNode& root, const std::string& pat
 constexpr char kHostMask[] = "fisheye_mask.jpg";
 
 bool exists(const std::string& path) { return std::ifstream(path, std::ios::binary).is_open(); }
-
-// As a path in the file `path` is meant.
-std::string besideFile(const std::string& path, const std::string& name) {
-  const std::size_t slash = path.rfind('/');
-  if (name.front() == '/' || slash == std::string::npos) return name;
-  return path.substr(0, slash + 1) + name;
-}
 
 cv::Mat readGrey(const char* key, const std::string& file) {
   // Tried first, because OpenCV prints to the console about a file it cannot open.

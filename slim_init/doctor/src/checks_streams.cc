@@ -49,29 +49,29 @@ Steps stepsOf(const std::vector<double>& times) {
   return steps;
 }
 
-int countOf(const StreamCounts& counts) {
-  return counts.repeated + counts.out_of_order + counts.unreadable;
+int countOf(const Disorder& disorder) {
+  return disorder.repeated + disorder.out_of_order + disorder.unreadable;
 }
 
-Finding orderOf(const char* check, std::size_t kept, const StreamCounts& counts,
+Finding orderOf(const char* check, std::size_t kept, const Disorder& disorder,
                 const DoctorOptions& options) {
-  const double bad = countOf(counts);
+  const double bad = countOf(disorder);
   const double share = bad / std::max(1.0, bad + static_cast<double>(kept));
   return atMost(check, share, options.disorder, "%", 100.0);
 }
 
 /// "31 images, all in order"; `kept`: those that can be used.
-std::string orderText(std::size_t kept, const char* what, const StreamCounts& counts) {
-  if (countOf(counts) == 0) return text(kept, ' ', what, ", all in order");
-  return text(kept, ' ', what, "; in addition, ", counts.repeated, " repeat a stamp, ",
-              counts.out_of_order, " are out of order, ", counts.unreadable, " cannot be read");
+std::string orderText(std::size_t kept, const char* what, const Disorder& disorder) {
+  if (countOf(disorder) == 0) return text(kept, ' ', what, ", all in order");
+  return text(kept, ' ', what, "; in addition, ", disorder.repeated, " repeat a stamp, ",
+              disorder.out_of_order, " are out of order, ", disorder.unreadable, " cannot be read");
 }
 
 }  // namespace
 
 void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
-  add(findings, orderOf("imu_order", data.imu.size(), data.imu_counts, options),
-      orderText(data.imu.size(), "IMU samples", data.imu_counts),
+  add(findings, orderOf("imu_order", data.imu.size(), data.imu_disorder, options),
+      orderText(data.imu.size(), "IMU samples", data.imu_disorder),
       "Publish every sample once and in order, from one thread, with the time it was taken.");
   std::vector<double> times;
   for (const ImuSample& sample : data.imu) times.push_back(sample.t);
@@ -103,7 +103,7 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
 }
 
 void checkImageStream(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
-  StreamCounts counts = data.image_counts;
+  Disorder disorder = data.image_disorder;
   std::size_t readable = 0;
   std::vector<double> times;
   for (const ImageFacts& image : data.images) {
@@ -111,11 +111,11 @@ void checkImageStream(const DoctorData& data, const DoctorOptions& options, Find
     if (std::isfinite(image.p99)) {
       ++readable;
     } else {
-      ++counts.unreadable;
+      ++disorder.unreadable;
     }
   }
-  add(findings, orderOf("image_order", readable, counts, options),
-      orderText(readable, "images", counts),
+  add(findings, orderOf("image_order", readable, disorder, options),
+      orderText(readable, "images", disorder),
       "Publish every image once and in order, with the time of the middle of its exposure.");
   const Steps steps = stepsOf(times);
   const double rate = 1.0 / steps.period;

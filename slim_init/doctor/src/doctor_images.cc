@@ -141,10 +141,8 @@ DoctorData readDoctorData(ImageSequence* images,
   data.name = images->name();
   data.calibration = calibration;
   data.lines_enabled = front_end.lines.enabled;
-  const ImageSequenceCounts& counts = images->counts();
-  data.imu_counts = {counts.imu_repeated, counts.imu_out_of_order, counts.imu_unreadable};
-  data.image_counts = {counts.images_repeated, counts.images_out_of_order,
-                       counts.images_unreadable};
+  data.imu_disorder = images->imuDisorder();
+  data.image_disorder = images->imageDisorder();
 
   InspectedSequence inspected(images, limit, cv::Size(camera.width, camera.height));
   data.imu = inspected.imu();

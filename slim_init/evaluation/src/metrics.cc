@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "reference_so3.h"
-#include "slim_init/evaluation/inertial_steps.h"
+#include "slim_init/evaluation/truth.h"
 #include "slim_init/text.h"
 
 namespace slim_init::evaluation {
@@ -89,41 +89,25 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
     return "alignment of " + std::to_string(n) + " points to " + std::to_string(target.size());
   }
   if (n < 2) return "alignment of " + std::to_string(n) + " points (minimum 2)";
-  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
-  Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd from(3, n), to(3, n);
   for (std::size_t i = 0; i < n; ++i) {
-    source_mean += source[i];
-    target_mean += target[i];
+    from.col(i) = source[i];
+    to.col(i) = target[i];
   }
-  source_mean /= static_cast<double>(n);
-  target_mean /= static_cast<double>(n);
-  if (!source_mean.allFinite() || !target_mean.allFinite()) {
+  const Eigen::Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
+  const Eigen::Matrix3Xd x = from.colwise() - from_mean, y = to.colwise() - to_mean;
+  const double spread = std::sqrt(x.squaredNorm() / static_cast<double>(n));
+  // Finite values can still overflow.
+  if (!std::isfinite(spread) || !std::isfinite(y.squaredNorm())) {
     return "alignment of points that are not finite";
   }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double source_variance = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d x = source[i] - source_mean;
-    covariance += (target[i] - target_mean) * x.transpose();
-    source_variance += x.squaredNorm();
+  if (!(spread > kMinSpread)) {
+    return text("estimated positions are spread over ", spread, " m (minimum for an alignment ",
+                kMinSpread, " m)");
   }
-  covariance /= static_cast<double>(n);
-  source_variance /= static_cast<double>(n);
-  if (!covariance.allFinite() || !std::isfinite(source_variance)) {
-    return "alignment of points that are not finite";
-  }
-  if (!(std::sqrt(source_variance) > kMinSpread)) {
-    return text("estimated positions are spread over ", std::sqrt(source_variance),
-                " m (minimum for an alignment ", kMinSpread, " m)");
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // The last axis is turned round where the best orthogonal matrix would be a reflection.
-  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
-  const Eigen::Vector3d signs(1.0, 1.0, sign);
-  similarity->R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  similarity->s = svd.singularValues().dot(signs) / source_variance;
-  similarity->t = target_mean - similarity->s * similarity->R * source_mean;
+  similarity->R = Eigen::umeyama(x, y, /*with_scaling=*/false).topLeftCorner<3, 3>();
+  similarity->s = y.cwiseProduct(similarity->R * x).sum() / x.squaredNorm();
+  similarity->t = to_mean - similarity->s * similarity->R * from_mean;
   return "";
 }
 

@@ -12,7 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "slim_init/baselines/baselines.h"
 #include "slim_init/result.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
@@ -20,7 +19,6 @@
 #include "slim_init/ros/stream_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_ros/speed_topic.h"
-#include "slim_init/work_budget.h"
 
 namespace slim_init::node {
 namespace {
@@ -89,10 +87,8 @@ std::string SlimInitNode::start() {
   if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   options.image_height = config.camera.height;
   options.imu = config.options.imu;
-  config.options.limits = liveLimits(config.options.limits);
   std::string error;
-  std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
-      config.method, config.calibration, config.options, config.baselines, &error);
+  std::unique_ptr<IInitializer> initializer = makeLiveInitializer(config, &error);
   if (initializer == nullptr) return error;
   parameters.log();
   session_ = std::make_unique<InitSession>(std::move(initializer), options);

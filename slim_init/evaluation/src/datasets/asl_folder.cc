@@ -68,21 +68,16 @@ class AslFolder : public ImageSequence {
     const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(RowOrder::kSort));
     t0_ns_ = table.rows.front().stamp_ns;
     imu_ = imuSamples(table, t0_ns_);
-    counts_.imu_samples = static_cast<int>(imu_.size());
-    counts_.imu_repeated = table.repeated;
-    counts_.imu_out_of_order = table.out_of_order;
-    note(disorderNote(table.path, "IMU samples", table.repeated, table.out_of_order));
-    const ImuGaps gaps = findImuGaps(table.path, imu_, max_imu_gap_s, &table);
-    counts_.imu_gaps = gaps.count;
-    note(gaps.note);
+    imu_disorder_ = table.disorder;
+    note(disorderNote(table.path, "IMU samples", table.disorder));
+    note(imuGapNote(table.path, imu_, max_imu_gap_s, &table));
   }
 
   void readImages() {
     const CsvTable table =
         readTable(file("cam0/data.csv"), {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1});
-    counts_.images_repeated = table.repeated;
-    counts_.images_out_of_order = table.out_of_order;
-    note(disorderNote(table.path, "images", table.repeated, table.out_of_order));
+    image_disorder_ = table.disorder;
+    note(disorderNote(table.path, "images", table.disorder));
     const fs::path folder = fs::path(root_) / "cam0" / "data";
     std::string first_missing;
     std::error_code code;
@@ -90,19 +85,18 @@ class AslFolder : public ImageSequence {
       const fs::path path =
           folder / (row.text.empty() ? std::to_string(row.stamp_ns) + ".png" : row.text);
       if (!fs::is_regular_file(path, code)) {
-        if (counts_.images_unreadable++ == 0) first_missing = path.string();
+        if (image_disorder_.unreadable++ == 0) first_missing = path.string();
         continue;
       }
       image_stamps_ns_.push_back(row.stamp_ns);
       image_files_.push_back(path.string());
     }
-    counts_.images = static_cast<int>(image_stamps_ns_.size());
-    if (counts_.images_unreadable > 0) {
-      note(text(counts_.images_unreadable, " of ", table.rows.size(), " images of ", table.path,
+    if (image_disorder_.unreadable > 0) {
+      note(text(image_disorder_.unreadable, " of ", table.rows.size(), " images of ", table.path,
                 " have no file, the first is ", first_missing));
     }
-    if (counts_.images < kMinImages) {
-      fail(table.path, " names ", counts_.images, " images that exist (minimum ", kMinImages, ')',
+    if (images() < kMinImages) {
+      fail(table.path, " names ", images(), " images that exist (minimum ", kMinImages, ')',
            first_missing.empty() ? "" : "; " + first_missing + " does not exist");
     }
   }

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <tuple>
 
 namespace slim_init::evaluation {
 namespace {
@@ -64,7 +63,7 @@ class TableParser {
         parseRow(line);
       }
     }
-    std::tie(table_.repeated, table_.out_of_order) = sortByStamp(&table_.rows);
+    table_.disorder = sortByStamp(&table_.rows);
     if (static_cast<int>(table_.rows.size()) < format_.min_rows) {
       fail(table_.path, " has ", table_.rows.size(), " rows of data (minimum ", format_.min_rows,
            ')');
@@ -244,37 +243,35 @@ std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns) {
   return states;
 }
 
-ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
-                    const CsvTable* table) {
-  ImuGaps gaps;
+std::string imuGapNote(const std::string& source, const std::vector<ImuSample>& imu,
+                       double max_gap_s, const CsvTable* table) {
+  int gaps = 0;
+  double largest = 0.0;
   std::string longest;
   for (std::size_t i = 1; i < imu.size(); ++i) {
     const double step = imu[i].t - imu[i - 1].t;
-    if (step > max_gap_s) ++gaps.count;
-    if (step > gaps.largest_s) {
-      gaps.largest_s = step;
+    if (step > max_gap_s) ++gaps;
+    if (step > largest) {
+      largest = step;
       longest =
           text(step, " s ", table == nullptr ? "" : text("before line ", table->rows[i].line, ", "),
                imu[i - 1].t, " s after the first sample");
     }
   }
-  if (gaps.count > 0) {
-    gaps.note =
-        text(source, " has ", gaps.count, " IMU gap", (gaps.count > 1 ? "s" : ""), " longer than ",
-             max_gap_s, " s, the longest ", longest, "; no window reaches across a gap");
-  }
-  return gaps;
+  if (gaps == 0) return "";
+  return text(source, " has ", gaps, " IMU gap", gaps > 1 ? "s" : "", " longer than ", max_gap_s,
+              " s, the longest ", longest, "; no window reaches across a gap");
 }
 
-std::string disorderNote(const std::string& source, const std::string& things, int repeated,
-                         int out_of_order) {
+std::string disorderNote(const std::string& source, const std::string& things,
+                         const Disorder& disorder) {
   std::string note;
-  if (repeated > 0) {
-    note = text(repeated, ' ', things, " with the stamp of another one were discarded");
+  if (disorder.repeated > 0) {
+    note = text(disorder.repeated, ' ', things, " with the stamp of another one were discarded");
   }
-  if (out_of_order > 0) {
-    note +=
-        text(note.empty() ? "" : ", ", out_of_order, ' ', things, " out of order were sorted in");
+  if (disorder.out_of_order > 0) {
+    note += text(note.empty() ? "" : ", ", disorder.out_of_order, ' ', things,
+                 " out of order were sorted in");
   }
   return note.empty() ? "" : source + ": " + note;
 }

@@ -53,8 +53,7 @@ struct CsvTable {
   std::string path;
   std::size_t columns = 0;
   std::vector<CsvRow> rows;  ///< ascending in time
-  int repeated = 0;          ///< rows dropped: the stamp is that of an earlier line
-  int out_of_order = 0;      ///< rows moved: the stamp is before that of an earlier line
+  Disorder disorder;         ///< with RowOrder::kSort
 };
 
 /// What to do with a row whose stamp is not after the one before.
@@ -78,7 +77,7 @@ CsvTable readTable(const std::string& path, const CsvFormat& format);
 /// What a recording needs to be usable: two samples make the shortest interval, two images the
 /// smallest window.
 inline constexpr int kMinImuSamples = 2;
-inline constexpr int kMinImages = 2;
+inline constexpr std::size_t kMinImages = 2;
 /// A cubic through the neighbours needs four rows of ground truth.
 inline constexpr int kMinTruthRows = 4;
 
@@ -106,43 +105,37 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
 /// quaternion whose norm is off 1 by more than 0.01 is an error.
 std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns);
 
-/// Steps between samples longer than a bound.
-struct ImuGaps {
-  int count = 0;
-  double largest_s = 0.0;  ///< longest step, gap or not
-  std::string note;        ///< one sentence; empty without gaps
-};
-
-/// `table` names the lines of `imu` in the note; may be null.
-ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
-                    const CsvTable* table);
+/// A sentence on steps between samples longer than a bound; empty without. `table` names the lines
+/// of `imu`; may be null.
+std::string imuGapNote(const std::string& source, const std::vector<ImuSample>& imu,
+                       double max_gap_s, const CsvTable* table);
 
 /// "FILE: 2 IMU samples with the stamp of another one were discarded, ..." or an empty string.
-std::string disorderNote(const std::string& source, const std::string& things, int repeated,
-                         int out_of_order);
+std::string disorderNote(const std::string& source, const std::string& things,
+                         const Disorder& disorder);
 
 /// The last component of a path that says something: "a/b/" is b.
 std::string lastComponent(const std::string& path);
 
 /// Sorts by `stamp_ns` and drops what repeats an earlier stamp (the first in the given order
-/// stays). Returns the numbers of (repeated, out of order).
+/// stays).
 template <typename T>
-std::pair<int, int> sortByStamp(std::vector<T>* items) {
-  int out_of_order = 0;
+Disorder sortByStamp(std::vector<T>* items) {
+  Disorder disorder;
   std::int64_t latest = items->empty() ? 0 : items->front().stamp_ns;
   for (const T& item : *items) {
-    if (item.stamp_ns < latest) ++out_of_order;
+    if (item.stamp_ns < latest) ++disorder.out_of_order;
     latest = std::max(latest, item.stamp_ns);
   }
-  if (out_of_order > 0) {
+  if (disorder.out_of_order > 0) {
     std::stable_sort(items->begin(), items->end(),
                      [](const T& a, const T& b) { return a.stamp_ns < b.stamp_ns; });
   }
   const auto kept = std::unique(items->begin(), items->end(),
                                 [](const T& a, const T& b) { return a.stamp_ns == b.stamp_ns; });
-  const int repeated = static_cast<int>(items->end() - kept);
+  disorder.repeated = static_cast<int>(items->end() - kept);
   items->erase(kept, items->end());
-  return {repeated, out_of_order};
+  return disorder;
 }
 
 }  // namespace slim_init::evaluation

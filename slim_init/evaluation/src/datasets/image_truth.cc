@@ -9,8 +9,7 @@ void ImageSequence::readTruth(const std::string& path) {
   const CsvTable table = readTable(path, truthFormat(RowOrder::kSort));
   truth_ = truthStates(table, t0_ns_);
   has_velocity_and_bias_ = table.columns > kPoseColumns;
-  counts_.truth_repeated = table.repeated;
-  note(disorderNote(path, "rows", table.repeated, table.out_of_order));
+  note(disorderNote(path, "rows", table.disorder));
   if (!has_velocity_and_bias_) note(path + ": " + deriveVelocities(&truth_).note);
 }
 

@@ -15,36 +15,35 @@ namespace fs = std::filesystem;
 const std::array<const char*, 1> kImageColumns = {"timestamp"};
 
 void convertImages(const CsvTable& table, RecordedMotion* motion) {
-  RecordedCounts& counts = motion->counts;
-  counts.images = static_cast<int>(table.rows.size());
+  std::size_t beyond_imu = 0, beyond_truth = 0;
   const double imu_end = motion->imu.back().t;
   for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, motion->t0_ns);
     if (t < 0.0 || t > imu_end) {
-      ++counts.images_outside_imu;
+      ++beyond_imu;
     } else if (t < motion->truth.front().t || t > motion->truth.back().t) {
-      ++counts.images_outside_truth;
+      ++beyond_truth;
     } else {
       motion->image_times.push_back(t);
     }
   }
-  const auto describe = [&](int count, const char* what, double begin, double end) {
-    return text(count, " of ", counts.images, " images of ", table.path, " lie outside the ", what,
-                " (", begin, " s to ", end, " s after the first IMU sample)");
+  const auto describe = [&](std::size_t count, const char* what, double begin, double end) {
+    return text(count, " of ", table.rows.size(), " images of ", table.path, " lie outside the ",
+                what, " (", begin, " s to ", end, " s after the first IMU sample)");
   };
-  const std::string outside_imu = describe(counts.images_outside_imu, "IMU data", 0.0, imu_end);
-  const std::string outside_truth = describe(counts.images_outside_truth, "ground truth",
-                                             motion->truth.front().t, motion->truth.back().t);
+  const std::string outside_imu = describe(beyond_imu, "IMU data", 0.0, imu_end);
+  const std::string outside_truth =
+      describe(beyond_truth, "ground truth", motion->truth.front().t, motion->truth.back().t);
   if (motion->image_times.empty()) {
     const double first = relativeSeconds(table.rows.front().stamp_ns, motion->t0_ns);
     const double last = relativeSeconds(table.rows.back().stamp_ns, motion->t0_ns);
-    fail(counts.images_outside_imu == counts.images ? outside_imu
-         : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
-                                                    : outside_truth,
+    fail(beyond_imu == table.rows.size() ? outside_imu
+         : beyond_imu > 0                ? outside_imu + ", " + outside_truth
+                                         : outside_truth,
          "; the images span ", first, " s to ", last, " s, so none can be used");
   }
-  if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
-  if (counts.images_outside_truth > 0) {
+  if (beyond_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
+  if (beyond_truth > 0) {
     motion->notes.push_back(outside_truth + " and were discarded");
   }
 }
@@ -63,11 +62,9 @@ RecordedMotion readMotion(const std::string& directory, double max_imu_gap_s) {
   read.name = lastComponent(directory);
   read.t0_ns = imu.rows.front().stamp_ns;
   read.imu = imuSamples(imu, read.t0_ns);
-  read.counts.imu_samples = static_cast<int>(read.imu.size());
-  const ImuGaps gaps = findImuGaps(imu.path, read.imu, max_imu_gap_s, &imu);
-  read.counts.imu_gaps = gaps.count;
-  read.counts.largest_imu_gap_s = gaps.largest_s;
-  if (!gaps.note.empty()) read.notes.push_back(gaps.note);
+  if (const std::string gaps = imuGapNote(imu.path, read.imu, max_imu_gap_s, &imu); !gaps.empty()) {
+    read.notes.push_back(gaps);
+  }
   read.speeds = readSpeeds(file("speed0.csv"), read.t0_ns);
   read.truth = truthStates(truth, read.t0_ns);
   read.has_velocity_and_bias = truth.columns > kPoseColumns;

@@ -263,28 +263,30 @@ class BagFile : public ImageSequence {
   /// order. `what` is the plural of the messages.
   template <typename Value, typename Read>
   std::vector<Stamped<Value>> readTopic(rosbag::View* view, const std::string& topic,
-                                        const std::string& what, const Read& read, int* unreadable,
-                                        int* repeated, int* out_of_order) {
+                                        const std::string& what, const Read& read,
+                                        Disorder* disorder) {
     std::vector<Stamped<Value>> values;
+    int unreadable = 0;
     for (const rosbag::MessageInstance& message : *view) {
       try {
         Stamped<Value> stamped;
         stamped.stamp_ns = read(message, &stamped.value);
         values.push_back(stamped);
       } catch (const std::exception&) {
-        ++*unreadable;
+        ++unreadable;
       }
     }
-    if (*unreadable > 0) {
-      note(text(file_, ": ", *unreadable, " messages of ", topic,
+    if (unreadable > 0) {
+      note(text(file_, ": ", unreadable, " messages of ", topic,
                 " cannot be read or hold a value that is not finite, and were discarded"));
     }
-    std::tie(*repeated, *out_of_order) = sortByStamp(&values);
-    note(disorderNote(file_, what, *repeated, *out_of_order));
+    *disorder = sortByStamp(&values);
+    disorder->unreadable = unreadable;
+    note(disorderNote(file_, what, *disorder));
     return values;
   }
 
-  void checkCount(const std::string& topic, int count, int minimum) const {
+  void checkCount(const std::string& topic, std::size_t count, std::size_t minimum) const {
     if (count >= minimum) return;
     fail(file_, ": ", topic, " has ", count, " usable messages (minimum ", minimum, ")");
   }
@@ -304,25 +306,21 @@ class BagFile : public ImageSequence {
       return stampNs(message->header.stamp);
     };
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &counts_.imu_unreadable,
-                                        &counts_.imu_repeated, &counts_.imu_out_of_order);
-    counts_.imu_samples = static_cast<int>(samples.size());
-    checkCount(topic, counts_.imu_samples, kMinImuSamples);
+    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &imu_disorder_);
+    checkCount(topic, samples.size(), kMinImuSamples);
     t0_ns_ = samples.front().stamp_ns;
     for (Stamped<ImuSample>& sample : samples) {
       sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
       imu_.push_back(sample.value);
     }
-    const ImuGaps gaps = findImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr);
-    counts_.imu_gaps = gaps.count;
-    note(gaps.note);
+    note(imuGapNote(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr));
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
-    int unreadable = 0, repeated = 0, out_of_order = 0;
+    Disorder disorder;
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    for (Stamped<SpeedSample>& speed : readTopic<SpeedSample>(
-             &view, topic, "velocities", readTwist, &unreadable, &repeated, &out_of_order)) {
+    for (Stamped<SpeedSample>& speed :
+         readTopic<SpeedSample>(&view, topic, "velocities", readTwist, &disorder)) {
       speed.value.forward_only = forward_only;
       speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns_);
       speeds_.push_back(speed.value);
@@ -338,15 +336,12 @@ class BagFile : public ImageSequence {
       image_messages_.push_back(message);
       return stamp_ns;
     };
-    const auto images =
-        readTopic<std::size_t>(image_view_.get(), topic, "images", read, &counts_.images_unreadable,
-                               &counts_.images_repeated, &counts_.images_out_of_order);
-    counts_.images = static_cast<int>(images.size());
-    for (const Stamped<std::size_t>& image : images) {
+    for (const Stamped<std::size_t>& image :
+         readTopic<std::size_t>(image_view_.get(), topic, "images", read, &image_disorder_)) {
       image_stamps_ns_.push_back(image.stamp_ns);
       message_of_image_.push_back(image.value);
     }
-    checkCount(topic, counts_.images, kMinImages);
+    checkCount(topic, images(), kMinImages);
   }
 
   std::string file_;

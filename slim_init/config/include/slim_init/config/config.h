@@ -3,12 +3,14 @@
 // Configuration files: VINS-Mono's own OpenCV-YAML file as it is, and our keys under `slim_init:`.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "slim_init/baselines/options.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/initializer.h"
 #include "slim_init/option_table.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
@@ -58,6 +60,10 @@ struct Config {
   /// `method` does not read (noteUnreadKeys()) are among them.
   std::vector<std::string> notes;
 };
+
+/// The initializer of a running system, whose time is that of liveLimits(). Null and a message in
+/// `error` (may be null) where the configuration does not allow one.
+std::unique_ptr<IInitializer> makeLiveInitializer(const Config& config, std::string* error);
 
 /// All our keys, bound to the fields of `config`; `key` is the path below `slim_init:`, e.g.
 /// "window.keyframes". Made of the tables that stand beside the structs (slim_init/option_table.h).

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/evaluation/recorded.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"
@@ -85,13 +86,6 @@ struct Finding {
   std::string advice = {};   ///< what to do; empty where there is nothing to do
 };
 
-/// Messages of a stream that could not be used.
-struct StreamCounts {
-  int repeated = 0;      ///< stamp of an earlier message
-  int out_of_order = 0;  ///< stamp before that of an earlier message
-  int unreadable = 0;    ///< no file, cannot be decoded, not finite
-};
-
 /// One image, reduced to numbers.
 struct ImageFacts {
   double t = 0.0;                 ///< stamp [s], camera clock
@@ -112,9 +106,9 @@ struct DoctorData {
   bool has_rotation = true;
   bool has_translation = true;
   std::vector<ImuSample> imu;
-  StreamCounts imu_counts;
+  Disorder imu_disorder;
   std::vector<ImageFacts> images;
-  StreamCounts image_counts;
+  Disorder image_disorder;
   std::vector<FrameObservation> frames;  ///< tracked without the gyro
   bool lines_enabled = true;
 };

@@ -18,20 +18,6 @@
 
 namespace slim_init::evaluation {
 
-/// What was read, and what of it was dropped or moved. What is dropped is not in the sequence.
-struct ImageSequenceCounts {
-  int imu_samples = 0;          ///< kept
-  int imu_repeated = 0;         ///< same stamp as one before: dropped
-  int imu_out_of_order = 0;     ///< stamp before one before: sorted in
-  int imu_unreadable = 0;       ///< not finite, or a message that cannot be read: dropped
-  int imu_gaps = 0;             ///< steps longer than max_imu_gap_s
-  int images = 0;               ///< kept; whether they can be decoded shows when they are read
-  int images_repeated = 0;      ///< same stamp as one before: dropped
-  int images_out_of_order = 0;  ///< stamp before one before: sorted in
-  int images_unreadable = 0;    ///< listed but without a file, or a message without a header
-  int truth_repeated = 0;       ///< dropped
-};
-
 /// Calibration that lies beside the data.
 struct SequenceCalibration {
   Calibration calibration;  ///< extrinsic, noise densities and focal length; the rest is default
@@ -64,6 +50,7 @@ class ImageSequence {
   const std::vector<NavState>& truth() const { return truth_; }
   bool hasVelocityAndBias() const { return has_velocity_and_bias_; }  ///< recorded
 
+  /// Those kept; whether they can be decoded shows when they are read.
   std::size_t images() const { return image_stamps_ns_.size(); }
   /// Camera clock, ascending; before 0 when images start before the IMU.
   double imageTime(std::size_t k) const {
@@ -80,15 +67,16 @@ class ImageSequence {
   const std::optional<SequenceCalibration>& calibration() const { return calibration_; }
   /// Why there is no calibration(): a sentence; empty where there is one.
   const std::string& calibrationProblem() const { return calibration_problem_; }
-  const ImageSequenceCounts& counts() const { return counts_; }
+  const Disorder& imuDisorder() const { return imu_disorder_; }
+  const Disorder& imageDisorder() const { return image_disorder_; }
   /// One sentence per thing dropped or suspicious.
   const std::vector<std::string>& notes() const { return notes_; }
 
  protected:
   ImageSequence() = default;
 
-  /// Reads a ground truth table (8 or 17 columns) into truth(), its flag, counts() and notes().
-  /// t0Ns() is known by then. Throws what stands in the way (datasets/csv_table.h).
+  /// Reads a ground truth table (8 or 17 columns) into truth(), its flag and notes().
+  /// t0Ns() is known by then. Throws what stands in the way, which openAslFolder() catches.
   void readTruth(const std::string& path);
   /// Adds to notes(); an empty sentence is none.
   void note(const std::string& sentence);
@@ -102,16 +90,15 @@ class ImageSequence {
   std::vector<std::int64_t> image_stamps_ns_;
   std::optional<SequenceCalibration> calibration_;
   std::string calibration_problem_;
-  ImageSequenceCounts counts_;
+  Disorder imu_disorder_, image_disorder_;
   std::vector<std::string> notes_;
 };
 
 /// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
 /// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
 /// state_groundtruth_estimate0/data.csv and speed0/data.csv. Without sensor.yaml files there is no
-/// calibration(). A step between IMU samples that is longer than `max_imu_gap_s` is counted and
-/// noted. On an error null, and `status` says what, where and which bound (docs/evaluation.md,
-/// "Images").
+/// calibration(). A step between IMU samples that is longer than `max_imu_gap_s` is noted. On an
+/// error null, and `status` says what, where and which bound (docs/evaluation.md, "Images").
 std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status);
 

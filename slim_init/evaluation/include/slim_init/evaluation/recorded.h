@@ -17,14 +17,11 @@ struct ReadStatus {
   bool ok() const { return message.empty(); }
 };
 
-/// What was read, and what of it cannot be used.
-struct RecordedCounts {
-  int imu_samples = 0;
-  int imu_gaps = 0;                ///< steps longer than max_imu_gap_s
-  double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
-  int images = 0;                  ///< rows of cam0_timestamps.csv
-  int images_outside_imu = 0;      ///< before the first or after the last IMU sample
-  int images_outside_truth = 0;    ///< within the IMU data, but before or after the ground truth
+/// Messages of a stream that are not in order or not there.
+struct Disorder {
+  int repeated = 0;      ///< stamp of an earlier message: dropped
+  int out_of_order = 0;  ///< stamp before that of an earlier message: sorted in
+  int unreadable = 0;    ///< no file, cannot be read, not finite: dropped
 };
 
 /// A recording. All times are relative to the first IMU sample, [s]; the nanoseconds are subtracted
@@ -38,13 +35,12 @@ struct RecordedMotion {
   std::vector<NavState> truth;
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
   bool has_velocity_and_bias = false;
-  RecordedCounts counts;
   std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
 };
 
 /// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv, DIR/groundtruth.csv and, if it exists,
 /// DIR/speed0.csv (docs/evaluation.md, "Input files"). A step between IMU samples that is longer
-/// than `max_imu_gap_s` is counted and noted. On an error `motion` is left as it was.
+/// than `max_imu_gap_s` is noted. On an error `motion` is left as it was.
 ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
                               RecordedMotion* motion);
 

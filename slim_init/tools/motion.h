@@ -1,0 +1,52 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Recorded and built-in motions with their IMU, before anything is seen along them: for `ab` and
+// `simulate`.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/simulation/trajectory.h"
+#include "slim_init/types.h"
+
+namespace slim_init::tools {
+
+/// All times relative to t0_ns [s], all lists ascending.
+struct Motion {
+  std::string name;
+  std::int64_t t0_ns = 0;
+  std::unique_ptr<simulation::Trajectory> trajectory;  ///< of the body, IMU clock
+  std::vector<double> image_times;                     ///< camera clock
+  std::vector<ImuSample> imu;
+  std::vector<SpeedSample> speeds;
+  std::vector<NavState> truth;     ///< a fitted gyro bias has no accelerometer bias beside it: NaN
+  std::string gyro_bias_truth;     ///< "recorded", "fitted" or "simulated"
+  std::vector<std::string> notes;  ///< one message each
+};
+
+/// Without biases in a recorded ground truth one gyroscope bias is fitted to `imu` and noted.
+/// Returns Motion::gyro_bias_truth; throws a Failure that begins with `source`.
+std::string settleBiases(bool has_bias, const std::string& source,
+                         const std::vector<ImuSample>& imu, std::vector<NavState>* truth,
+                         std::vector<std::string>* notes);
+
+/// Reads a folder of --recorded. Throws a Failure that names file, line or value.
+Motion recordedMotion(const std::string& folder, double max_imu_gap_s);
+
+/// A motion of --builtin, without IMU. Throws a Failure.
+Motion builtinMotion(const std::string& name, double duration_s, const Calibration& calibration,
+                     unsigned seed);
+
+/// Simulates IMU, ground truth and image times along the trajectory. There are images from
+/// `margin_s` after its begin to as long before the last IMU sample.
+void simulateSensors(const Calibration& calibration, double imu_rate_hz, double image_rate_hz,
+                     double margin_s, unsigned seed, Motion* motion);
+
+/// Discards the images at which the trajectory is not known, with a note; `td` to the IMU clock.
+/// Throws a Failure where none is left.
+void discardUncovered(double td, Motion* motion);
+
+}  // namespace slim_init::tools
