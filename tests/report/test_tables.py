@@ -186,6 +186,15 @@ class SuiteTables(unittest.TestCase):
         table = suite_tables.time_table(self.halls())
         self.assertEqual(texts(table, 1)[:5], ["drt-l", "20", "1.000", "1.000 (4.150)", "1.000"])
 
+    def test_where_a_method_is_not_first(self):
+        runs = [self.run_of("MH_03", 0.03, 0.2), self.run_of("V1_01", 0.2, 0.1)]
+        table = suite_tables.run_method_table(runs, method_tables.DETAIL)
+        listed, figures = suite_tables.not_first_table(table, "slim")
+        self.assertEqual(figures, 26)  # success and twelve errors, two runs
+        self.assertEqual({r[0].text for r in listed.rows}, {"V1_01"})
+        self.assertEqual(len(listed.rows), 12)
+        self.assertEqual(texts(listed, 0), ["V1_01", "scale rmse", "0.2000", "0.1000\u2020", "drt-l"])
+
     def test_verdicts_add_up(self):
         table = suite_tables.run_method_table(self.halls(), method_tables.VERDICTS)
         self.assertEqual(texts(table, 1)[:9],

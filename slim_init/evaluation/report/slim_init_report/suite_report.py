@@ -8,8 +8,8 @@ from . import bootstrap, figures, render
 from .data import methods_of, pool
 from .method_tables import DETAIL, DOWNSTREAM, FIRST_ANSWER, VERDICTS, difference_table
 from .run_report import REFERENCE
-from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, rig_table,
-                           run_method_table, run_table, success_table, time_table)
+from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, not_first_table,
+                           rig_table, run_method_table, run_table, success_table, time_table)
 
 SUBSETS = (("excited", "excited windows"), (None, "all windows"))
 
@@ -64,6 +64,18 @@ def _labels(runs):
 def _with_title(title, table):
     table.title = title
     return table
+
+
+def _not_first(groups):
+    """Where the reference is not the best: triples of subset, figures with a best one, table."""
+    runs = [run for group in groups for run in group.runs if run.group != "Without parallax"]
+    if not runs:
+        return []
+    result = []
+    for subset, name in SUBSETS:
+        table, figures_compared = not_first_table(run_method_table(runs, DETAIL, subset), REFERENCE)
+        result.append((name, figures_compared, table))
+    return result
 
 
 def _details(groups):
@@ -134,6 +146,7 @@ def build(runs, out, notes=(), command=""):
         "times": time_table([run for group in timed for run in group.runs] or runs),
         "rigs": _rigs(runs), "first_answers": _first_answers(runs),
         "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
+        "not_first": _not_first(plain) if compared else [],
         "details": _details(plain),
         "verdicts": [run_method_table(group.runs, VERDICTS, title=group.title) for group in plain],
         "downstream": [run_method_table(group.runs, DOWNSTREAM, title=group.title)

@@ -184,3 +184,23 @@ def run_method_table(runs, columns, subset=None, title=""):
     has_truth = any(run.has_truth for run in runs)
     return named_table(columns, [((run.name,), summaries_of(run, subset)) for run in runs],
                        ["run", "method"], has_truth, title)
+
+
+def not_first_table(table, method):
+    """The figures of a table with run and method in its first columns in which `method` is not
+    among the best of its run: a row per figure. Returns it and the number of figures that have a
+    best one."""
+    result = Table(["run", "figure", method, "best", "of"], names=2)
+    figures = 0
+    for run in dict.fromkeys(row[0].text for row in table.rows):
+        rows = [row for row in table.rows if row[0].text == run]
+        own = [row for row in rows if row[1].text == method]
+        for column in range(table.names, len(table.columns)):
+            best = [row for row in rows if row[column].best]
+            if not own or not best:
+                continue
+            figures += 1
+            if not own[0][column].best:
+                result.add(run, table.columns[column], own[0][column].text, best[0][column].text,
+                           best[0][1].text)
+    return result, figures
