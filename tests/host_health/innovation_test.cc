@@ -537,6 +537,27 @@ TEST(InnovationMonitor, TheSceneBesideATextureDecides) {
   EXPECT_LE(wronged, 0.05 * scene);
 }
 
+// A handful of tracks from before are where the IMU is, and what is new moves.
+TEST(Innovation, AFewTracksOfTheSceneAreNotOutvoted) {
+  constexpr int kOlder = 4;
+  const Eigen::Matrix3d turn = turnOf(Eigen::Vector3d(0.03, 0.02, 0.0));
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+    std::set<FeatureId> older;
+    for (int i = 0; i < kOlder; ++i) older.insert(flight.frames[20].points[i].id);
+    for (int k = 10; k <= 20; ++k) {
+      for (PointObservation& point : flight.frames[k].points) {
+        if (older.count(point.id) > 0) continue;
+        if (k <= 17) point.id += 1000000;
+        if (k == 20) point.bearing = turn * point.bearing;
+      }
+    }
+    const Innovation result = flight.at(20);
+    EXPECT_GE(result.agree_images, 0.7) << seed << ": " << result.message;
+    EXPECT_EQ(result.culprit, Culprit::kImages) << seed << ": " << result.message;
+  }
+}
+
 // Most of the view has moved before, and what has not agrees on another pose by chance.
 TEST(Innovation, AFewTracksOfAViewThatMovesAreNotDamage) {
   for (unsigned seed = 1; seed <= 10; ++seed) {

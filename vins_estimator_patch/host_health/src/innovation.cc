@@ -43,7 +43,8 @@ constexpr double kHealthy = 0.8;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
-// Degrees of freedom of a track of four views in the window, and of how many the scene is known.
+// Degrees of freedom of a track of four views in the window, and how many have to speak against the
+// IMU.
 constexpr int kOldDof = 5;
 constexpr std::size_t kLeastOld = 2;
 // A track that has moved, and is no poor one: its chi-square over the largest of one that has not.
@@ -99,7 +100,7 @@ struct Scene {
   // The first of these fix the poses and are counted: old ones, or all if there are few of those.
   // What has just appeared may be new all over the image and agree with itself.
   std::size_t deciding = 0;
-  bool known = false;  // a few are old
+  std::size_t old = 0;
   // The window's poses, which are from before the newest interval, leave them no place.
   std::vector<FeatureId> placeless;
   std::size_t moved = 0;  // of these: by far
@@ -177,7 +178,7 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
       std::stable_partition(scene.tracks.begin(), scene.tracks.end(),
                             [](const PoseTrack& track) { return track.place.dof >= kOldDof; });
   scene.deciding = static_cast<std::size_t>(young - scene.tracks.begin());
-  scene.known = scene.deciding >= kLeastOld;
+  scene.old = scene.deciding;
   if (scene.deciding < kLeastTracks) scene.deciding = scene.tracks.size();
   return scene;
 }
@@ -419,8 +420,13 @@ bool move(std::size_t others, std::size_t all) {
          static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
 }
 
+bool isMajority(std::size_t part, std::size_t all) {
+  return static_cast<double>(part) >= kMajority * static_cast<double>(all);
+}
+
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
-// interval: if they are most they cannot speak against the IMU, and neither can new ones.
+// interval: if they are most they cannot speak against the IMU, and neither can new ones where most
+// old ones disagree.
 Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool goes_on,
                   const TrackTrust& trust) {
   const bool decide = trust.decide;
@@ -429,8 +435,10 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
     return move(placed - fit.count + (decide ? 0 : scene.moved), all);
   };
   const double b = fits.images.fraction;
-  const bool may_accuse = decide || (scene.known && static_cast<double>(fits.images.count) >=
-                                                        kMajority * static_cast<double>(all));
+  const auto old = fits.images.agrees.begin() + static_cast<std::ptrdiff_t>(scene.old);
+  const auto of_old = static_cast<std::size_t>(std::count(fits.images.agrees.begin(), old, 1));
+  const bool may_accuse = decide || (of_old >= kLeastOld && isMajority(of_old, scene.old) &&
+                                     isMajority(fits.images.count, all));
   if (goes_on && may_accuse && b >= kNearlyAll) return Culprit::kImu;
   // Damage leaves no part of the tracks where the IMU is.
   if (fits.allowed && fits.imu.fraction >= kPart) {
