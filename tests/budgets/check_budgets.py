@@ -27,10 +27,10 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 14375, 10500),
-    "surrounding_lines": ("lines outside core and tests", 37252, 26000),
-    "test_lines": ("lines of tests", 43007, 26000),
-    "core_numbers": ("named constants and option fields of the core", 271, 170),
+    "core_lines": ("lines of slim_init/src and public headers", 14096, 10500),
+    "surrounding_lines": ("lines outside core and tests", 37358, 26000),
+    "test_lines": ("lines of tests", 43115, 26000),
+    "core_numbers": ("named constants and option fields of the core", 270, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 0, 0),
     "core_wide_functions": (f"functions of the core above {MOST_PARAMETERS} parameters", 0, 0),
     "core_top_files": ("files at the top of slim_init/src", 2, 4),

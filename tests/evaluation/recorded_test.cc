@@ -284,6 +284,7 @@ TEST(RecordedMotion, ReadsRealRecordings) {
   EXPECT_EQ(motion.truth.size(), 8351u);
   EXPECT_TRUE(motion.has_velocity_and_bias);
   EXPECT_EQ(motion.image_times.size(), 1670u);
+  for (const std::string& note : motion.notes) EXPECT_EQ(note.find("gap"), std::string::npos);
   // MH_04's first image is older than its first IMU sample; MH_03 has no velocities.
   status = readRecordedMotion(data + "/MH_04", WindowOptions().max_imu_gap_s, &motion);
   ASSERT_TRUE(status.ok()) << status.message;

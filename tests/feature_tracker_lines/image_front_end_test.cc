@@ -444,8 +444,7 @@ TEST(FrontEndBias, NoiseOfTheGyroscopeDoesNotLeadToTheNextBrick) {
   }
 }
 
-// Neither the gyroscope nor the last flow predicts a turn that changes by up to 23 px from image to
-// image.
+// Neither gyroscope nor last flow predict a turn that changes by up to 23 px between images.
 TEST(FrontEndBias, SaturationOfTheGyroscopeInJerksDoesNotKillTheTracks) {
   const auto saturate = [](RoomWalk* walk) { walk->gyro_limit = 0.2; };
   const Survival points =

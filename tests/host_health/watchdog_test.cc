@@ -12,6 +12,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -246,29 +247,53 @@ TEST(ImuScreen, ASaturatedAxisIsDamage) {
   EXPECT_NEAR(rest.screen.damage().front().last, exact.imu[401].t + 1.0, 0.01);
 }
 
-// Steps as coarse as the noise: values repeat all the time, and more often at rest.
+// Steps as coarse as the noise, which a sensor may filter: values repeat all the time, and more
+// often at rest. A stream that restarts is of the same sensor.
 TEST(ImuScreen, CoarseStepsAreNotSaturation) {
-  std::mt19937 random(4);
-  std::normal_distribution<double> normal;
-  ImuScreen screen{ImuLimits()};
-  for (int i = 0; i < 4000; ++i) {
-    ImuSample sample;
-    sample.t = 0.005 * i;
-    sample.accel = Eigen::Vector3d(0, 0, 9.81);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double motion = i < 2000 ? 0.3 * std::sin(0.02 * i + axis) : 0.0;
-      sample.gyro[axis] = 2e-3 * std::round((motion + 1e-3 * normal(random)) / 2e-3);
-      sample.accel[axis] += 0.02 * normal(random);
+  for (const auto& [rate, steps, memory] :
+       {std::tuple(100.0, 2.0, 0.0), std::tuple(200.0, 2.0, 0.0), std::tuple(400.0, 4.0, 0.0),
+        std::tuple(100.0, 4.0, 0.5), std::tuple(200.0, 1.0, 0.8)}) {
+    SCOPED_TRACE(testing::Message() << rate << " Hz, " << steps << " sigma");
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal(0.0, 1e-3);
+    ImuScreen screen{ImuLimits()};
+    Eigen::Vector3d noise = Eigen::Vector3d::Zero();
+    double damaged = 0.0, newest = 0.0;
+    for (int i = 0; i < 40.0 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      if (i == 30 * static_cast<int>(rate)) screen.reset();
+      for (int axis = 0; axis < 3; ++axis) {
+        noise[axis] = memory * noise[axis] + std::sqrt(1.0 - memory * memory) * normal(random);
+        const double motion = sample.t < 20.0 ? 0.3 * std::sin(4.0 * sample.t + axis) : 0.0;
+        sample.gyro[axis] = 1e-3 * steps * std::round(1e3 * (motion + noise[axis]) / steps);
+        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 20.0 * normal(random);
+      }
+      screen.add(sample);
+      if (screen.damage().empty() || screen.damage().back().last <= newest) continue;
+      newest = screen.damage().back().last;
+      damaged += 1.0 / rate;
     }
-    screen.add(sample);
+    EXPECT_LT(damaged, 0.5);
   }
-  // At first, when the axes have just come to rest: shorter than what is bridged.
-  double damaged = 0.0;
-  for (const ImuDamage& damage : screen.damage()) {
-    EXPECT_TRUE(damage.bridged) << damage.first;
-    damaged += damage.last - damage.first;
+}
+
+// Beside a stuck accelerometer a gyroscope is judged as always, and nothing is returned twice.
+TEST(ImuScreen, BesideAStuckAccelerometer) {
+  const ExactWindow exact = flight(true);
+  std::vector<ImuSample> samples = exact.imu;
+  for (std::size_t i = 401; i < 416; ++i) samples[i].accel.z() = samples[401].accel.z();
+  const Screened stuck = screened(samples);
+  ASSERT_EQ(stuck.screen.damage().size(), 1u);
+  EXPECT_TRUE(stuck.screen.damage().front().bridged && stuck.screen.damage().front().gyro_known);
+  for (std::size_t i = 1; i < stuck.used.size(); ++i) {
+    EXPECT_GT(stuck.used[i].t, stuck.used[i - 1].t);
   }
-  EXPECT_LT(damaged, 0.7);
+  samples[412].gyro.x() = 500.0;
+  const Screened glitch = screened(samples);
+  ASSERT_EQ(glitch.screen.damage().size(), 1u);
+  EXPECT_FALSE(glitch.screen.damage().front().gyro_known);
+  for (const ImuSample& sample : glitch.screen.samples()) EXPECT_LT(sample.gyro.norm(), 10.0);
 }
 
 TEST(ImuScreen, DamageFromOutside) {

@@ -140,6 +140,7 @@ bool OpenVinsGlue::open(const std::string& mode, const std::string& file, const 
   State& state = *state_;
   std::string error;
   Config config;
+  state.initializer.reset();
   config.calibration = calibrationOf(rig);  // where the file's section is silent
   if (!parseHostMode(mode, &state.mode)) {
     error = "initializer is \"" + mode + "\", must be stock, slim or shadow";

@@ -52,11 +52,12 @@ constexpr double kMedianOfThree = 2.366;
 // Values in a row that equal the one before, of an axis that is stuck or at the end of its range.
 // Drivers repeat single samples, and axes with coarse steps their values: at the rate of some 1000
 // samples before, the repeats of a sensor's axes happen by chance once in 10^9. EuRoC's axes repeat
-// 0.2 to 2 % of the values, four in a row at most. What only some axes do for longer than this time
-// is how they are at rest [s].
+// 0.2 to 2 % of the values, four in a row at most.
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
+// An axis that repeats alone is at rest if fewer values than these came before, or for longer [s].
+constexpr std::ptrdiff_t kFewValues = 5;
 constexpr double kLongestStuck = 1.0;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
@@ -98,7 +99,8 @@ void ImuScreen::reset() {
   left_out_.clear();
   noise_.clear();
   in_block_ = 0;
-  repeats_ = {};
+  for (Repeats& axis : repeats_) axis.in_row = 0;  // the rates are the sensor's
+  returned_ = -1e300;
   noise_end_ = believed_since_ = -1e300;
 }
 
@@ -198,16 +200,17 @@ bool ImuScreen::repeatsAll() const {
 // Values in a row that equal the one before, where the axes from `first` on, those of one sensor,
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
+  const bool all = repeatsAll();
   double by_chance = 0.0;
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
-    const auto& [in_row, rate] = repeats_[axis];
-    if (in_row < kStuckRepeats) continue;
-    by_chance += in_row * std::log10(std::max(rate, kRepeatMemory));
-    longest = std::max(longest, in_row);
+    const Repeats& repeats = repeats_[axis];
+    const bool rests = !repeats.moved || repeats.in_row * period_ > kLongestStuck;
+    if (repeats.in_row < kStuckRepeats || (rests && !all)) continue;
+    by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
+    longest = std::max(longest, repeats.in_row);
   }
-  const bool rests = longest * period_ > kLongestStuck && !repeatsAll();
-  return by_chance < kStuckByChance && !rests ? longest : 0;
+  return by_chance < kStuckByChance ? longest : 0;
 }
 
 // `sample` is not yet among the recent ones.
@@ -216,10 +219,18 @@ void ImuScreen::countRepeats(const ImuSample& sample) {
   const bool frozen = repeatsAll() && stuckFor(0) > 0;
   ++compared_;
   for (std::size_t axis = 0; axis < repeats_.size(); ++axis) {
-    const auto k = static_cast<Eigen::Index>(axis % 3);
-    const bool repeats = axis < 3 ? sample.accel[k] == recent_.back().accel[k]
-                                  : sample.gyro[k] == recent_.back().gyro[k];
+    const auto value = [axis](const ImuSample& of) {
+      return axis < 3 ? of.accel[static_cast<Eigen::Index>(axis)]
+                      : of.gyro[static_cast<Eigen::Index>(axis) - 3];
+    };
+    const bool repeats = value(sample) == value(recent_.back());
     Repeats& of_axis = repeats_[axis];
+    if (repeats && of_axis.in_row == 0) {
+      std::vector<double> values;
+      for (const ImuSample& one : recent_) values.push_back(value(one));
+      std::sort(values.begin(), values.end());
+      of_axis.moved = std::unique(values.begin(), values.end()) - values.begin() >= kFewValues;
+    }
     of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
     if (frozen) continue;
     const double gain = std::max(kRepeatMemory, 1.0 / static_cast<double>(compared_));
@@ -227,23 +238,24 @@ void ImuScreen::countRepeats(const ImuSample& sample) {
   }
 }
 
+// Takes back the samples of a run of `repeats` values that equal the one before. The first of them
+// was beyond the range as well.
+void ImuScreen::takeBack(int repeats) {
+  double since = recent_.back().t - (repeats + 0.5) * period_;
+  if (!damage_.empty()) since = std::max(since, damage_.back().last);
+  while (samples_.size() > 1 && samples_.back().t > since) {
+    left_out_.insert(left_out_.begin(), samples_.back());
+    samples_.pop_back();
+  }
+}
+
 bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   *gyro_usable = false;
   countRepeats(sample);
-  const int stuck_accel = stuckFor(0), stuck_gyro = stuckFor(3);
   recent_.push_back(sample);
   if (recent_.size() > kJudged) recent_.pop_front();
-  if (stuck_accel > 0 || stuck_gyro > 0) {
-    // The first of the equal values was beyond the range as well.
-    double since = sample.t - (std::max(stuck_accel, stuck_gyro) + 0.5) * period_;
-    if (!damage_.empty()) since = std::max(since, damage_.back().last);
-    while (samples_.size() > 1 && samples_.back().t > since) {
-      left_out_.insert(left_out_.begin(), samples_.back());
-      samples_.pop_back();
-    }
-    *gyro_usable = stuck_gyro == 0;
-    return false;
-  }
+  const int stuck_gyro = stuckFor(3), stuck = std::max(stuckFor(0), stuck_gyro);
+  if (stuck > 0) takeBack(stuck);
   const bool within = !limits_.exceededBy(sample);
   if (!within && samples_.empty()) return false;
   if (within && !samples_.empty() && sample.t - samples_.back().t > kLongestStep) {
@@ -252,13 +264,13 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   auto first = samples_.size() < kJudged ? samples_.begin() : std::prev(samples_.end(), kJudged);
   while (first != samples_.end() && first->t < believed_since_) ++first;
   const auto last = samples_.end();
-  if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within;
+  if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within && stuck == 0;
   const bool gyro_near = (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
                          stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
   const bool jumps =
       recent_.size() > 1 && (sample.gyro - recent_[recent_.size() - 2].gyro).norm() > kMaxGyroJump;
-  *gyro_usable = gyro_near && !jumps;
-  return within && gyro_near &&
+  *gyro_usable = gyro_near && !jumps && stuck_gyro == 0 && !repeatsAll();
+  return within && gyro_near && stuck == 0 &&
          (sample.accel - medianOf(first, last, &ImuSample::accel)).norm() <=
              stepAllowed(kMaxAccelStep, limits_.max_accel, ImuLimits().max_accel);
 }
@@ -347,10 +359,15 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
     left_out_.clear();
     samples_.insert(samples_.end(), filled.begin(), filled.end());
     if (open->bridged) ready = bridge(*open, std::move(filled));
+    // What was taken back had been returned.
+    ready.erase(std::remove_if(ready.begin(), ready.end(),
+                               [this](const ImuSample& one) { return one.t <= returned_; }),
+                ready.end());
   }
   ready.push_back(sample);
   samples_.push_back(sample);
   if (noisy) ready.clear();
+  if (!ready.empty()) returned_ = sample.t;
   while (samples_.front().t < sample.t - kKept) samples_.pop_front();
   while (!damage_.empty() && damage_.front().last < sample.t - kKept) damage_.pop_front();
   return ready;

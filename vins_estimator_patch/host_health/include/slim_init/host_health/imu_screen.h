@@ -51,12 +51,12 @@ double middle(std::vector<double> values);
 
 /// Discards samples that the body cannot have felt: beyond the limits of the sensor or far from the
 /// samples before them, and samples with an axis that repeats its value after others that did not:
-/// the sensor is frozen or at the end of its range. Discarded samples are replaced by
-/// interpolation, in samples(). If that took at most kBridge it is bridged for use as well, with
-/// interpolated samples 0.045 s apart, or all of them if rates are known for longer. Missing
-/// samples are treated alike. A step that goes on for longer than 0.5 s is a motion. Errors that
-/// single samples do not show are left to the innovation test (innovation.h), which reports them to
-/// addDamage().
+/// the sensor is frozen or at the end of its range, which the first four repeats do not show.
+/// Discarded samples are replaced by interpolation, in samples(). If that took at most kBridge it
+/// is bridged for use as well, with interpolated samples 0.045 s apart, or all of them if rates are
+/// known for longer. Missing samples are treated alike. A step that goes on for longer than 0.5 s
+/// is a motion. Errors that single samples do not show are left to the innovation test
+/// (innovation.h), which reports them to addDamage().
 ///
 /// Noise above three times the median noise of the last 5 s is damage with the size of that noise;
 /// the samples stay in samples(), and above five times it they are not returned for use.
@@ -106,6 +106,7 @@ class ImuScreen {
   bool isUsable(const ImuSample& sample, bool* gyro_usable);
   void countRepeats(const ImuSample& sample);
   int stuckFor(std::size_t first) const;
+  void takeBack(int repeats);
   bool repeatsAll() const;
   bool isNoisy();
   ImuSampleNoise usualNoise() const;
@@ -121,13 +122,16 @@ class ImuScreen {
   std::vector<ImuSample> left_out_;   // of the open damage
   std::deque<ImuSampleNoise> noise_;  // of blocks of samples
   std::size_t in_block_ = 0;
-  // Of an axis, accelerometer first: values in a row that equal the one before, and their share.
+  // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
+  // whether several values came before the run.
   struct Repeats {
     int in_row = 0;
     double rate = 0.0;
+    bool moved = false;
   };
   std::array<Repeats, 6> repeats_{};
   std::int64_t compared_ = 0;       // samples with the one before
+  double returned_ = -1e300;        // stamp of the last sample for use [s]
   double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
   double believed_since_ = -1e300;  // samples from before are of another motion [s]
   double period_ = 0.005;           // between samples [s]
