@@ -27,7 +27,7 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 14096, 10500),
+    "core_lines": ("lines of slim_init/src and public headers", 14099, 10500),
     "surrounding_lines": ("lines outside core and tests", 37358, 26000),
     "test_lines": ("lines of tests", 43115, 26000),
     "core_numbers": ("named constants and option fields of the core", 270, 170),

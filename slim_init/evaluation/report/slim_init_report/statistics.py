@@ -10,7 +10,7 @@ import pandas
 from .data import methods_of
 
 # The answer may become one with more data; the others but "success" and the refused ones are
-# failures. WAITING is isWait() of slim_init/result.h.
+# failures. As the table of statuses in slim_init/src/data/result.cc has it.
 WAITING = ("too_few_keyframes", "too_few_tracks", "stationary", "too_little_excitation",
            "pure_rotation", "provisional", "time_limit")
 REFUSED = ("degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain")
