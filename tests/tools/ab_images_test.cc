@@ -257,8 +257,7 @@ TEST_F(Snippet, EveryWindowIsStationaryWithGravityAndGyroBias) {
     EXPECT_EQ(all["accepted"], 0) << name;  // no scale is claimed
     // These two refuse for want of parallax or of a solution, in their own words.
     if (name == "vins" || name == "openvins") continue;
-    // The paper's consensus takes a wrong bias for one of them.
-    EXPECT_GE(all["statuses"].value("stationary", 0), windows - (name == "slim-paper")) << name;
+    EXPECT_EQ(all["statuses"].value("stationary", 0), windows) << name << ": " << all["statuses"];
   }
   int stationary = 0;
   for (const auto& row : rowsOf(readFile(folder.file("out/windows.csv")))) {

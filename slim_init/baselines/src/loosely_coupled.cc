@@ -1,7 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "loosely_coupled.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "slim_init/text.h"
 #include "verdict/gates.h"
@@ -107,7 +109,12 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   const TranslationEstimate translation = estimateTranslations(window, R_c0_ck);
   clock->lap("translation");
 
-  result->gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
+  // At rest eq. (1) has no sharp minimum, and a wrong bias looks like motion: what moves even less
+  // without its rotation does not move.
+  MotionMeasures motion = measureMotion(window, pre, R_b0_bk);
+  const std::vector<Eigen::Matrix3d> at_rest(R_c0_ck.size(), Eigen::Matrix3d::Identity());
+  motion.parallax_px = std::min(motion.parallax_px, medianParallaxPx(window, at_rest));
+  result->gates = motionGates(motion, options.gates);
 
   AlignmentEstimate alignment;
   if (translation.valid) {
