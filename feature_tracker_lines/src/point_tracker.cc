@@ -179,11 +179,6 @@ double differenceOf(const cv::Mat& a, const cv::Mat& b) {
   return sum / static_cast<double>(a.total());
 }
 
-// Mean difference of a patch and its mean [grey levels].
-double contrastOf(const cv::Mat& patch) {
-  return differenceOf(patch, cv::Mat::zeros(patch.size(), patch.type()));
-}
-
 // The rotation that the tracks agree with best.
 Eigen::Matrix3d commonTurn(const std::vector<PointTrack>& moved) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -537,9 +532,11 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
     return isInside(there, 0.0) ? differenceOf(patches[i], patchAt(now, there))
                                 : std::numeric_limits<double>::infinity();
   };
+  const cv::Mat flat = cv::Mat::zeros(kPatchSidePx, kPatchSidePx, CV_8UC1);
   std::size_t unlike = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    unlike += difference(i, expected[i].predicted) > kDoubtAbove * contrastOf(patches[i]) ? 1 : 0;
+    const double contrast = differenceOf(patches[i], flat);
+    unlike += difference(i, expected[i].predicted) > kDoubtAbove * contrast ? 1 : 0;
   }
   if (2 * unlike <= tracks_.size()) return expected;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};

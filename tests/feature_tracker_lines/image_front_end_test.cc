@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "room_walk.h"
 #include "support/frames.h"
@@ -100,9 +101,7 @@ TEST(FrontEndPoints, RepetitiveBricksWithNoise) {
 // differently in the next one.
 template <typename Texture>
 Outcome runRolling(double readout_s, double believed_s, const Texture& texture) {
-  Motion motion;
-  motion.shake = 0.05;
-  RoomWalk walk(smallCamera(), BoxRoom(kRoom, texture), motion, 2);
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, texture), Motion{1.0, 1.0, 0.05}, 2);
   walk.readout_s = readout_s;
   walk.calibration.readout_s = believed_s;
   return run(&walk, smallOptions(), 30);
@@ -288,9 +287,7 @@ TEST(FrontEndLarge, IsTrackedAtHalfItsSize) {
 // Intervals of 50 ms with some twice and once eight times as long: what moved evenly is expected in
 // proportion. Bricks show it, since a point that is expected elsewhere is found on the next one.
 TEST(FrontEndRates, UnevenIntervalsKeepTheTracks) {
-  Motion motion;
-  motion.translation = 1.5;
-  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), motion, 2);
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion{1.5}, 2);
   ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
   TrackErrors errors;
   std::set<FeatureId> before;
@@ -424,12 +421,9 @@ TEST(FrontEndBias, DamageOfTheGyroscopeDoesNotKillTheTracks) {
 // next brick, where KLT and the outlier check find everything in order. With a tremor even motion
 // predicts little, too.
 TEST(FrontEndBias, NoiseOfTheGyroscopeDoesNotLeadToTheNextBrick) {
-  struct Case {
-    double rate, shake;
-    unsigned seed;
-  };
-  for (const auto& [rate, shake, seed] : {Case{0.3, 0.0, 7}, Case{1.0, 0.0, 7}, Case{3.0, 0.0, 7},
-                                          Case{0.3, 0.0075, 5}, Case{1.0, 0.0075, 6}}) {
+  for (const auto& [rate, shake, seed] :
+       {std::tuple(0.3, 0.0, 7U), std::tuple(1.0, 0.0, 7U), std::tuple(3.0, 0.0, 7U),
+        std::tuple(0.3, 0.0075, 5U), std::tuple(1.0, 0.0075, 6U)}) {
     SCOPED_TRACE(testing::Message() << rate << " " << shake);
     std::mt19937 random(seed);
     std::normal_distribution<double> turn(0.0, rate);
@@ -451,6 +445,12 @@ TEST(FrontEndBias, SaturationOfTheGyroscopeInJerksDoesNotKillTheTracks) {
       surviveGyroDamage(eurocCamera(), textures::bricks, 16, 10, saturate, Motion{1.0, 1.0, 0.05});
   EXPECT_GT(points.points, 0.6);
   EXPECT_LT(points.wrong, 0.01);
+}
+
+TEST(FrontEndBias, AJumpOfTheBrightnessDoesNotOverruleTheGyroscope) {
+  RoomWalk walk(eurocCamera(), BoxRoom(kRoom, textures::rich), Motion{1.0, 1.0, 0.1}, 2);
+  walk.flicker = 40.0;
+  EXPECT_EQ(run(&walk, smallOptions(), 30).overruled, 0);
 }
 
 // 9 px at the rim leave the points in reach, and only the outlier check can tell.

@@ -82,6 +82,7 @@ class RoomWalk {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();          ///< [rad/s]
   double gyro_limit = std::numeric_limits<double>::infinity();  ///< where it saturates [rad/s]
   double noise = 0.0;                                           ///< of the images [grey levels]
+  double flicker = 0.0;    ///< every fifth image is brighter by so much [grey levels]
   double readout_s = 0.0;  ///< of the camera: rolling shutter [s]
 
   double time(int k) const { return k * kImagePeriod; }
@@ -94,6 +95,7 @@ class RoomWalk {
     cv::Mat image = room_.render(camera_, pose_of, samples_, &rays_);
     // A lens is no pinhole: without it the edges are stair steps.
     cv::GaussianBlur(image, image, cv::Size(), 0.6);
+    if (k % 5 == 4) image += flicker;
     if (noise > 0.0) addNoise(noise, static_cast<std::uint64_t>(k) + 1, &image);
     return image;
   }

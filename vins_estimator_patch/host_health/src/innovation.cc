@@ -38,7 +38,6 @@ constexpr double kGoesOnOdds = -8.5;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
-constexpr double kMajority = 0.5;
 constexpr double kHealthy = 0.8;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
@@ -100,7 +99,7 @@ struct Scene {
   // The first of these fix the poses and are counted: old ones, or all if there are few of those.
   // What has just appeared may be new all over the image and agree with itself.
   std::size_t deciding = 0;
-  std::size_t old = 0;
+  std::size_t old = 0;  // of the tracks
   // The window's poses, which are from before the newest interval, leave them no place.
   std::vector<FeatureId> placeless;
   std::size_t moved = 0;  // of these: by far
@@ -420,10 +419,6 @@ bool move(std::size_t others, std::size_t all) {
          static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
 }
 
-bool isMajority(std::size_t part, std::size_t all) {
-  return static_cast<double>(part) >= kMajority * static_cast<double>(all);
-}
-
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: if they are most they cannot speak against the IMU, and neither can new ones where most
 // old ones disagree.
@@ -437,8 +432,8 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   const double b = fits.images.fraction;
   const auto old = fits.images.agrees.begin() + static_cast<std::ptrdiff_t>(scene.old);
   const auto of_old = static_cast<std::size_t>(std::count(fits.images.agrees.begin(), old, 1));
-  const bool may_accuse = decide || (of_old >= kLeastOld && isMajority(of_old, scene.old) &&
-                                     isMajority(fits.images.count, all));
+  const bool may_accuse =
+      decide || (of_old >= kLeastOld && 2 * of_old >= scene.old && 2 * fits.images.count >= all);
   if (goes_on && may_accuse && b >= kNearlyAll) return Culprit::kImu;
   // Damage leaves no part of the tracks where the IMU is.
   if (fits.allowed && fits.imu.fraction >= kPart) {
