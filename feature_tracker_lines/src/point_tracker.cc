@@ -289,9 +289,10 @@ bool PointTracker::isMasked(const cv::Point2f& pixel) const {
 }
 
 bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
+  const int row = cvRound(pixel.y), column = cvRound(pixel.x);
   return pixel.x >= border && pixel.x < usable_.cols - border && pixel.y >= border &&
-         pixel.y < usable_.rows - border &&
-         usable_.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) != 0;
+         pixel.y < usable_.rows - border && row < usable_.rows && column < usable_.cols &&
+         usable_.at<uchar>(row, column) != 0;
 }
 
 bool PointTracker::advance(const cv::Point2f& to, PointTrack* track) const {

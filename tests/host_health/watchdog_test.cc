@@ -204,6 +204,15 @@ TEST(ImuScreen, AFrozenSensorIsMissing) {
   EXPECT_NEAR(damage.last, exact.imu[500].t, 1e-9);
   EXPECT_FALSE(damage.gyro_known || damage.bridged || damage.open);
   EXPECT_EQ(damage.gyroSigma(), kUnknownGyro);
+  // What is kept of a sensor that stays frozen for a minute is bounded.
+  ImuScreen screen = frozen.screen;
+  ImuSample again = samples.back();
+  for (int k = 0; k < 12000; ++k) {
+    again.t += 0.005;
+    screen.add(again);
+  }
+  EXPECT_LT(screen.heldUntil(again.t).size(), 4200u);
+  EXPECT_LT(screen.damage().size(), 3u);
   // A driver that sends each sample twice is not frozen, nor is a simulation without noise at rest.
   samples = exact.imu;
   for (std::size_t i = 1; i < samples.size(); i += 2) {

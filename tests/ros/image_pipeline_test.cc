@@ -188,19 +188,21 @@ TEST_F(ImagePipelineTest, AHostThatEstimatesTdGetsPointsWithAVelocity) {
   }
 }
 
-TEST_F(ImagePipelineTest, AFullQueueDropsTheOldestAndCounts) {
+TEST_F(ImagePipelineTest, AFullQueueDropsTheOldestAndWaitsForNoImuData) {
   options_.image_queue = 5;
   options_.max_imu_wait_s = 10.0;
   ImagePipeline pipeline(config_, options_);
   pipeline.addImu(sampleAt(0.0));
   bool worked = false;
-  for (const double t : images_) {
-    pipeline.addImage(t, imageAt(t));
-    EXPECT_FALSE(pipeline.track(&worked).has_value());
-  }
+  for (const double t : images_) pipeline.addImage(t, imageAt(t));
   EXPECT_EQ(pipeline.waiting(), 5);
   EXPECT_EQ(pipeline.counts().images_overrun, 15);
   EXPECT_NEAR(pipeline.imageAheadOfImu(), 0.953, 1e-9);
+  pipeline.track(&worked);
+  EXPECT_TRUE(worked);
+  EXPECT_EQ(pipeline.counts().images_without_imu, 1);
+  pipeline.track(&worked);
+  EXPECT_FALSE(worked) << "there is room, and samples may come";
 }
 
 TEST_F(ImagePipelineTest, ImagesThatCannotBeUsedAreCountedAndTheNextIsTracked) {

@@ -88,6 +88,30 @@ TEST(HostConvention, RecoveryStaysInTheOldFrame) {
   }
 }
 
+TEST(HostConvention, AMovedWindowKeepsWhatItsPriorKnows) {
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(makeStates(), kG, 0.0, HostOrigin::kKeep, &window, nullptr));
+  for (int i = 0; i < 2 * HostWindow::kPriorColumns; ++i) window.prior.push_back(std::sin(i));
+  const HostWindow before = window;
+  HostState anchor;
+  anchor.P = Eigen::Vector3d(3.0, -1.0, 2.0);
+  anchor.R = yawPitchRoll(2.0, 0.3, -0.2);
+  moveWindow(anchor, &window);
+  const HostState &was = before.states.back(), &is = window.states.back();
+  const Eigen::Matrix3d turn = is.R * was.R.transpose();
+  EXPECT_LT((window.states.front().P - anchor.P).norm(), kTolerance);
+  EXPECT_LT((turn.col(2) - Eigen::Vector3d::UnitZ()).norm(), kTolerance);
+  EXPECT_LT((is.V - turn * was.V).norm(), kTolerance);
+  const Eigen::Vector3d error(0.1, 0.2, -0.3);
+  for (std::size_t i = 0; i < window.prior.size(); i += 3) {
+    const bool of_velocity = i % HostWindow::kPriorColumns == 6;
+    const Eigen::Map<const Eigen::RowVector3d> by_was(&before.prior[i]), by_is(&window.prior[i]);
+    EXPECT_NEAR(by_is.dot(of_velocity ? Eigen::Vector3d(turn * error) : error), by_was.dot(error),
+                kTolerance)
+        << i;
+  }
+}
+
 TEST(HostConvention, TimeOffsetAndWayBack) {
   const std::vector<NavState> states = makeStates();
   const double td = 0.013;

@@ -73,6 +73,17 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   EXPECT_FALSE(file_.output_path.empty());
 }
 
+// Its rows compare solves that have finished; an estimate that is no success helps no such host.
+TEST_F(HostFileTest, ShadowModeWaitsAndProvisionalEstimatesAreOff) {
+  const auto adapter = opened(edited("slim_init:\n",
+                                     "initializer: shadow\nslim_init:\n"
+                                     "  provisional:\n    enabled: 1\n"));
+  ASSERT_NE(adapter, nullptr);
+  EXPECT_EQ(adapter->options().max_wait_ms, -1.0);
+  ASSERT_EQ(file_.notes.size(), 1u);
+  expectParts(file_.notes[0], "provisional.enabled is set and has no effect");
+}
+
 // GVINS has output_dir and puts $HOME in place of a ~ in front; output_path goes first and is as
 // the other hosts take it.
 TEST_F(HostFileTest, TheFolderForResultsOfGvins) {

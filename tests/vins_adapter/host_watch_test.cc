@@ -33,8 +33,8 @@ class AdapterInFlight : public ::testing::Test {
     adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
                                    options, &error);
     ASSERT_NE(adapter_, nullptr) << error;
-    std::size_t next = 0;
-    feed(exact_, imu, 0, frames - 1, &next, adapter_.get());
+    next_ = 0;
+    feed(exact_, imu, 0, frames - 1, &next_, adapter_.get());
   }
   std::vector<HostState> window(int newest) const {
     return statesOf(exact_, newest - kHostFrames + 1, newest);
@@ -59,6 +59,7 @@ class AdapterInFlight : public ::testing::Test {
   }
   ExactWindow exact_ = flight();
   std::unique_ptr<HostAdapter> adapter_;
+  std::size_t next_ = 0;
 };
 
 TEST_F(AdapterInFlight, ARightHostIsSane) {
@@ -66,6 +67,49 @@ TEST_F(AdapterInFlight, ARightHostIsSane) {
   const HostHealth health = watch(window(kFrames - 1));
   EXPECT_TRUE(health.healthy && !health.suspect) << health.reason;
   EXPECT_EQ(health.reason, "");
+}
+
+// At rest a host keeps old keyframes; some hosts do not tell of the images that they receive.
+TEST_F(AdapterInFlight, WhatTheWindowKeepsAtRestJudgesTheImuData) {
+  constexpr int kRest = 210;
+  const NavState last = exact_.truth.back();
+  const FrameObservation seen = exact_.keyframes.back();
+  NavState rest = last;
+  rest.v_w_b.setZero();
+  for (int k = 1; k <= kRest; ++k) {
+    rest.t = last.t + 0.1 * k;
+    exact_.truth.push_back(rest);
+    exact_.keyframes.push_back(seen);
+    exact_.keyframes.back().t = rest.t;
+  }
+  while (exact_.imu.back().t > last.t) exact_.imu.pop_back();
+  ImuSample sample = exact_.imu.back();
+  for (int i = 0; sample.t < rest.t; ++i) {
+    sample.t += 0.005;
+    sample.accel = rest.accel_bias + rest.R_w_b.transpose() * exact_.calibration.gravity_magnitude *
+                                         Eigen::Vector3d::UnitZ();
+    sample.gyro = rest.gyro_bias + Eigen::Vector3d::Constant(1e-4 * (i % 5));
+    exact_.imu.push_back(sample);
+  }
+  for (const bool tells : {true, false}) {
+    for (const bool damaged : {true, false}) {
+      const double begin = damaged ? rest.t - 0.095 : rest.t;
+      const std::vector<ImuSample> imu =
+          disturbed(exact_.imu, begin, rest.t - 0.005, {40.0, 0.0, 0.0}, {0.0, 0.0, 0.0});
+      fly(imu, kHostFrames);
+      HostPreparation prepared;
+      for (int k = kHostFrames; k < kFrames + kRest; ++k) {
+        if (tells) adapter_->received(exact_.keyframes[k].t);
+        feed(exact_, imu, k, k, &next_, adapter_.get());
+        std::vector<HostState> states = window(std::min(k, kFrames));
+        states[kHostFrames - 2] = toHostState(exact_.truth[k - 1], 0.0);
+        states[kHostFrames - 1] = toHostState(exact_.truth[k], 0.0);
+        prepared = prepare(states);
+      }
+      ASSERT_FALSE(prepared.intervals.empty());
+      EXPECT_EQ(prepared.intervals.back().damaged, damaged) << tells << prepared.message;
+    }
+  }
 }
 
 TEST_F(AdapterInFlight, AWrongScaleIsFound) {
@@ -128,7 +172,8 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
   states.erase(states.begin());
   states.push_back(window(after).back());
   for (const bool images : {false, true}) {
-    fly(imu, after + 1);
+    fly(imu, before + 1);
+    feed(exact_, imu, after, after, &next_, adapter_.get());
     for (int k = 0; images && k <= after; ++k) adapter_->received(exact_.keyframes[k].t);
     adapter_->received(kNotComputed);
     const HostPreparation frame = prepare(states);

@@ -72,6 +72,17 @@ TEST(SolveWorker, NobodyWaitsBeyondTheDeadline) {
   ASSERT_TRUE(worker.take(SolvePurpose::kSeed, late()).has_value());
 }
 
+TEST(SolveWorker, AFinishedSolveWaitsWhileAnotherPurposeIsServed) {
+  SolveWorker worker;
+  HeldSolve recovery;
+  ASSERT_TRUE(worker.post(SolvePurpose::kRecover, 1.0, recovery.solve(1.0)));
+  recovery.waitUntilBegun();
+  ASSERT_TRUE(worker.post(SolvePurpose::kCheck, 2.0, quick(2.0)));
+  recovery.release();
+  EXPECT_EQ(worker.take(SolvePurpose::kCheck, late())->stamp, 2.0);
+  EXPECT_EQ(worker.take(SolvePurpose::kRecover, soon())->stamp, 1.0);
+}
+
 TEST(SolveWorker, OfThoseThatWaitTheNewestWins) {
   SolveWorker worker;
   HeldSolve held;

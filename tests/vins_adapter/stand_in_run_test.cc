@@ -754,9 +754,10 @@ TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
 
 // Its interval of a damaged IMU, its states and its reset are its own.
 TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
-  Estimator& e = start("initializer: slim\nreinit: 0\nwatchdog: 1\n");
-  stick(exact_.truth[45].t + 0.03, 1e9, {120, 0, 0});
-  int k = fly(45);
+  Estimator& e = start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
+  e.stock_succeeds = true;
+  stick(exact_.truth[30].t + 0.03, exact_.truth[31].t, {120, 0, 0});
+  int k = fly(30);
   const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
   frame(k);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent: velocity"), 1) << logText();
@@ -772,6 +773,11 @@ TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
   e.fails = 1;
   frame(++k);
   EXPECT_EQ(e.resets, resets + 1);
+  k = frameUntilStarted(k + 1, 59);
+  track(k);
+  frame(k);
+  const std::string& health = ros::published()["slim_init/health"].back();
+  EXPECT_FALSE(contains(health, ",wrong,")) << "that was before the reset: " << health;
   request(true);
   expectParts(logText(), "set reinit: 1");
 }
@@ -881,6 +887,27 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   request(true);
   frame(k);
   EXPECT_EQ(e.resets, resets + 1) << logText();
+}
+
+// Nothing of the flight before speaks of the next one: times, a request, how well the frame is
+// known.
+TEST_F(StandInRun, ABagPlayedAgainIsAFlightOfItsOwn) {
+  Estimator& e = start("initializer: slim\nreinit: 1\n");
+  fly(40);
+  request(true);
+  next_ = 0;
+  for (ImuSample& sample : exact_.imu) sample.t -= 1000.0;
+  for (FrameObservation& observed : exact_.keyframes) observed.t -= 1000.0;
+  for (NavState& state : exact_.truth) state.t -= 1000.0;
+  e.clearState();
+  e.setParameter();
+  const int resets = e.resets;
+  const std::size_t reports = ros::published()["slim_init/health"].size();
+  fly(50);
+  EXPECT_EQ(e.resets, resets) << logText();
+  EXPECT_GE(ros::published()["slim_init/health"].size(), reports + 3);
+  const std::string& frame = ros::published()["slim_init/frame"].back();
+  EXPECT_LT(std::stod(frame.substr(frame.find(',') + 1)), exact_.truth[20].t) << frame;
 }
 
 TEST_F(StandInRun, AtRestTheOldestFramesGo) {

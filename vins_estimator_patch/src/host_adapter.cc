@@ -27,10 +27,9 @@ namespace slim_init::vins_adapter {
 using namespace host_health;  // NOLINT: the vocabulary of this file
 namespace {
 
-// Stamps of images, and the td of frames, are forgotten after so long [s]; more than the reach of
-// any window of a host.
+// Gaps in the images, and the td of frames, are forgotten after so long [s], and frames after so
+// long; but those of the host's window never: at rest it keeps frames of any age.
 constexpr double kStampsKept = 20.0;
-// Frames kept for the watchdog [s].
 constexpr double kFramesKept = 5.0;
 // A host that seems healthy is compared with a solved window so often [s].
 constexpr double kCheckEvery = 1.0;
@@ -163,7 +162,9 @@ struct HostAdapter::State {
     first_stamp = kNotComputed;
     td_of.clear();
     frames.clear();
-    images.clear();
+    gaps.clear();
+    in_window.clear();
+    newest_image = kNotComputed;
     screen.reset();
     worker.discard();
     last_check = -std::numeric_limits<double>::infinity();
@@ -193,6 +194,8 @@ struct HostAdapter::State {
   void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
                          Lock* lock, HostHealth* health);
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
+  void noteImage(double stamp);
+  void forgetOld(double stamp);
   double longestWithoutImage(double first, double last) const;
   bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
                      bool* uncertain) const;
@@ -238,7 +241,9 @@ struct HostAdapter::State {
   std::map<double, double> td_of;  // by stamp [s]
   ImuScreen screen{ImuLimits()};
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
-  std::set<double> images;              // stamps of those that the host has received [s]
+  std::vector<double> in_window;        // stamps of the host's last window, ascending [s]
+  double newest_image = kNotComputed;   // stamp, of those that the host has received [s]
+  std::map<double, double> gaps;        // in these, longer than kLongestUnjudged: begin and end
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
   double last_agreed = kNotComputed;  // of a solve with the host: its stamp [s]
   int contradictions = 0;             // solved windows in a row that speak against the host
@@ -283,7 +288,7 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
   const bool due = urgent || contradictions > 0 || !(stamp - last_check < every);
   std::optional<Solved> solved;
   if (options.max_wait_ms < 0.0) {
-    if (due) solved = solveNow(SolvePurpose::kCheck, stamp, solve);
+    if (due) solved = solveNow(stamp, solve);
   } else {
     solved = worker.take(SolvePurpose::kCheck, SolveWorker::Clock::now());
     // A solve that is wanted more is not put off.
@@ -491,12 +496,12 @@ SolveWorker::Clock::time_point HostAdapter::State::deadlineOf(double stamp) {
 // Nothing: none has finished in time.
 std::optional<Solved> HostAdapter::State::solvedInTime(SolvePurpose purpose, double stamp,
                                                        SolveWorker::Solve solve, Lock* lock) {
-  if (options.max_wait_ms < 0.0) return solveNow(purpose, stamp, solve);
+  if (options.max_wait_ms < 0.0) return solveNow(stamp, solve);
   std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
   if (earlier.has_value() && !(std::abs(stamp - earlier->stamp) <= kFreshSolve)) earlier.reset();
   if (earlier.has_value() && earlier->result.success()) return earlier;
   if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
-    return solveNow(purpose, stamp, solve);
+    return solveNow(stamp, solve);
   }
   const auto deadline = deadlineOf(stamp);
   lock->unlock();
@@ -618,15 +623,40 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
   return frame;
 }
 
-// Between two frames of the host [s]. It drops images while it has no IMU data, but its tracker has
-// them.
-double HostAdapter::State::longestWithoutImage(double first, double last) const {
-  double longest = 0.0, before = first;
-  for (auto image = images.upper_bound(first); image != images.end() && *image < last; ++image) {
-    longest = std::max(longest, *image - before);
-    before = *image;
+// The host drops images while it has no IMU data, but its tracker has them.
+void HostAdapter::State::noteImage(double stamp) {
+  if (stamp < newest_image) gaps.erase(gaps.lower_bound(stamp), gaps.end());
+  if (stamp - newest_image > kLongestUnjudged) gaps[newest_image] = stamp;
+  newest_image = stamp;
+}
+
+void HostAdapter::State::forgetOld(double stamp) {
+  for (auto td = td_of.begin(); td != td_of.end() && td->first < stamp - kStampsKept;) {
+    const bool used = std::binary_search(in_window.begin(), in_window.end(), td->first);
+    td = used ? std::next(td) : td_of.erase(td);
   }
-  return std::max(longest, last - before);
+  const double oldest = in_window.empty() ? stamp : in_window.front();
+  while (!gaps.empty() && gaps.begin()->second < std::min(oldest, stamp - kStampsKept)) {
+    gaps.erase(gaps.begin());
+  }
+  const auto isUsed = [this](const FrameObservation& frame) {
+    return std::any_of(in_window.begin(), in_window.end(),
+                       [&](double one) { return std::abs(hostTime(one) - frame.t) <= kSameFrame; });
+  };
+  const auto young = std::find_if(frames.begin(), frames.end(), [this](const auto& frame) {
+    return frame.t >= frames.back().t - kFramesKept;
+  });
+  frames.erase(std::remove_if(frames.begin(), young, [&](const auto& f) { return !isUsed(f); }),
+               young);
+}
+
+// Between two frames of the host [s]; no less than kLongestUnjudged matters.
+double HostAdapter::State::longestWithoutImage(double first, double last) const {
+  double longest = std::max(0.0, last - std::max(first, newest_image));
+  for (const auto& [begin, end] : gaps) {
+    longest = std::max(longest, std::min(end, last) - std::max(begin, first));
+  }
+  return longest;
 }
 
 // Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU clock];
@@ -736,13 +766,10 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (!isAdded(status)) return status;
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
   state_->td_of[stamp] = calibration.td;
-  state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kStampsKept));
-  if (keeps) {
-    state_->frames.push_back(std::move(copy));
-    while (state_->frames.front().t < state_->frames.back().t - kFramesKept) {
-      state_->frames.pop_front();
-    }
-  }
+  // Not every host tells of the images that it receives.
+  if (!(stamp <= state_->newest_image)) state_->noteImage(stamp);
+  if (keeps) state_->frames.push_back(std::move(copy));
+  state_->forgetOld(stamp);
   return status;
 }
 
@@ -761,11 +788,7 @@ AddStatus HostAdapter::addSpeed(const SpeedSample& sample) {
 
 void HostAdapter::received(double stamp) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  if (!std::isfinite(stamp)) return;
-  std::set<double>& images = state_->images;
-  images.insert(stamp);
-  images.erase(images.begin(), images.lower_bound(stamp - kStampsKept));
-  images.erase(images.upper_bound(stamp), images.end());
+  if (std::isfinite(stamp)) state_->noteImage(stamp);
 }
 
 void HostAdapter::setTd(double td) {
@@ -850,8 +873,8 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   State& state = *state_;
   const Calibration calibration = state.calibrationWith(ric, tic);
   HostPreparation out;
-  std::vector<double> stamps;
-  for (const HostState& one : window) stamps.push_back(one.stamp);
+  state.in_window = stampsOf(window);
+  const std::vector<double>& stamps = state.in_window;
   if (window.size() < 2 || !checkStamps(stamps).empty()) return out;
   out.newest = window.back();
   const double t_i = state.hostTime(stamps[stamps.size() - 2]);
@@ -905,6 +928,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
 HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                               const Eigen::Vector3d& tic, bool wants_evidence) {
   State::Lock lock(state_->mutex);
+  state_->in_window = stampsOf(window);
   HostHealth health =
       state_->judge(window, state_->calibrationWith(ric, tic), wants_evidence, &lock);
   if (state_->options.estimate_extrinsic && health.healthy && !health.suspect) {

@@ -43,6 +43,12 @@ std::string checkStates(const std::vector<NavState>& states, double gravity_magn
 
 }  // namespace
 
+std::vector<double> stampsOf(const std::vector<HostState>& window) {
+  std::vector<double> stamps;
+  for (const HostState& state : window) stamps.push_back(state.stamp);
+  return stamps;
+}
+
 double hostYaw(const Eigen::Matrix3d& R_w_b) {
   const Eigen::Vector3d x = R_w_b.col(0);
   return x.head<2>().norm() < kVertical ? 0.0 : std::atan2(x.y(), x.x());
@@ -112,6 +118,33 @@ NavState fromHostState(const HostState& state, double td) {
   result.gyro_bias = state.Bg;
   result.accel_bias = state.Ba;
   return result;
+}
+
+bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
+                       Eigen::Matrix3d* turn) {
+  const Eigen::Matrix3d difference = to * from.transpose();
+  const double sine = difference(1, 0) - difference(0, 1);
+  const double cosine = difference(0, 0) + difference(1, 1);
+  const double norm = std::hypot(sine, cosine);
+  if (!(norm > 1e-3)) return false;
+  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
+  return true;
+}
+
+void moveWindow(const HostState& anchor, HostWindow* window) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  turnAboutVertical(anchor.R, window->states.front().R, &R);
+  const Eigen::Vector3d origin = window->states.front().P;
+  for (HostState& state : window->states) {
+    state.P = anchor.P + R * (state.P - origin);
+    state.R = R * state.R;
+    state.V = R * state.V;
+  }
+  // Of the errors that a row of the prior is about, the velocity is in the world.
+  for (std::size_t row = 0; row < window->prior.size(); row += HostWindow::kPriorColumns) {
+    Eigen::Map<Eigen::RowVector3d> by_velocity(&window->prior[row + 6]);
+    by_velocity = (by_velocity * R.transpose()).eval();
+  }
 }
 
 }  // namespace slim_init::vins_adapter

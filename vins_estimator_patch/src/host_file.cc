@@ -14,7 +14,8 @@ HostFile toHostFile(const HostKeys& keys) {
   file.reinit = keys.reinit;
   file.watchdog = keys.watchdog;
   file.keep_heading = keys.keep_heading;
-  file.max_wait_ms = keys.max_wait_ms;
+  // Shadow mode compares solves that have finished.
+  file.max_wait_ms = file.mode == HostMode::kShadow ? -1.0 : keys.max_wait_ms;
   file.output_path = keys.output_path;
   return file;
 }
@@ -34,6 +35,9 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   if (!loadConfig(path, &config, error)) return nullptr;
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
+  if (std::exchange(config.options.provisional.enabled, false)) {
+    read.notes.push_back("provisional.enabled is set and has no effect: this host takes successes");
+  }
   read.speed_topic = config.speed_topic;
   read.speed_forward_only = config.speed_forward_only;
   read.imu_limits = config.options.imu;

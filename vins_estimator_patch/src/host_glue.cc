@@ -30,8 +30,8 @@ using Clock = std::chrono::steady_clock;
 
 // States of the host from the last moments before it noticed a failure are not trusted [s].
 constexpr double kSuspect = 0.5;
-// Healthy states kept [s]: in slow motion the host's window reaches far back, and what is not in
-// ours is filled from them.
+// Healthy states kept [s], besides those of the host's window: in slow motion it reaches far back,
+// and what is not in ours is filled from them.
 constexpr double kHealthyKept = 30.0;
 // Damage of the IMU that began so long ago has not made the host fail [s].
 constexpr double kOldDamage = 5.0;
@@ -62,12 +62,6 @@ constexpr double kUncertainFrame = 1.0;
 constexpr double kUnknownSpeed = 1.0;
 constexpr double kUnknownTurn = 57.3;
 
-std::vector<double> stampsOf(const std::vector<HostState>& frames) {
-  std::vector<double> stamps;
-  for (const HostState& frame : frames) stamps.push_back(frame.stamp);
-  return stamps;
-}
-
 // The shortest time between two frames [s].
 double shortestInterval(const std::vector<HostState>& states) {
   double shortest = std::numeric_limits<double>::infinity();
@@ -97,32 +91,6 @@ GlueWindow toGlueWindow(const HostResult& answer, const Calibration& host,
     result.td = std::max(found->td, least);
   }
   return result;
-}
-
-// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
-// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
-// was, where the difference tilts by 180 deg.
-bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
-                       Eigen::Matrix3d* turn) {
-  const Eigen::Matrix3d difference = to * from.transpose();
-  const double sine = difference(1, 0) - difference(0, 1);
-  const double cosine = difference(0, 0) + difference(1, 1);
-  const double norm = std::hypot(sine, cosine);
-  if (!(norm > 1e-3)) return false;
-  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
-  return true;
-}
-
-// So that its first frame has the position and the heading of `anchor`.
-void moveWindow(const HostState& anchor, std::vector<HostState>* window) {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  turnAboutVertical(anchor.R, window->front().R, &R);
-  const Eigen::Vector3d origin = window->front().P;
-  for (HostState& state : *window) {
-    state.P = anchor.P + R * (state.P - origin);
-    state.R = R * state.R;
-    state.V = R * state.V;
-  }
 }
 
 std::string whyDropped(AddStatus status) {
@@ -325,7 +293,7 @@ struct HostGlue::State {
   double delayOf(double stamp) const { return newest_received - stamp; }
   void reportDelay(double stamp) {
     const double delay = delayOf(stamp);
-    if (!(delay > kLongestDelay) || stamp - delay_reported < kRepeatReport) return;
+    if (!(delay > kLongestDelay) || std::abs(stamp - delay_reported) < kRepeatReport) return;
     delay_reported = stamp;
     report(ReportLevel::kWarn,
            roundedText(3, "odometry is ", delay, " s behind the newest image (limit ",
@@ -476,13 +444,15 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
     window->intervals = state.adapter->imuIntervals(stamps);
-    if (join && !propagated.ok) moveWindow(propagated.state, &window->states);
+    if (join && !propagated.ok) moveWindow(propagated.state, window);
     state.reportStart(answer);
     state.monitor.reset();
     if (join) {
       state.monitor.doubt(stamps.back());
       state.continueFrame(stamps.back(), propagated.ok ? answer.frame : propagated);
     } else {
+      state.frame_since = stamps.back();
+      state.frame_variance = state.frame_yaw_variance = state.frame_reported = 0.0;
       state.publishFrame(stamps.back());
     }
     return true;
@@ -560,7 +530,7 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
       std::chrono::duration<double, std::milli>(Clock::now() - state.frame_began).count();
   state.reportDelay(stamp);
   if (status != FlightStatus::kGood || status != before ||
-      stamp - state.health_stamp >= kHealthEvery) {
+      std::abs(stamp - state.health_stamp) >= kHealthEvery) {
     state.health_stamp = stamp;
     state.publishHealth(stamp, health);
     state.publishFrame(stamp);
@@ -595,17 +565,20 @@ bool HostGlue::bridgesGap(double newest_sample) {
 bool HostGlue::endsRide() { return std::exchange(state_->rides, false); }
 
 void HostGlue::hostCleared() {
-  if (!reinit()) return;
   State& state = *state_;
+  const bool suspect = state.monitor.status() != FlightStatus::kGood;
+  state.monitor.reset();
+  state.pause = 0.0;
+  state.next_recovery = -std::numeric_limits<double>::infinity();
+  if (!reinit()) return;
+  takeRequest();  // of the flight that has ended
   state.rides = false;
   if (!state.is_lost && !state.healthy.empty()) {
     // A tracker's restart finds the host in good health; after a refused request nobody knows.
-    const bool suspect = state.monitor.status() != FlightStatus::kGood;
     state.lost = state.healthyBefore(state.healthy.back().stamp, suspect);
     state.is_lost = true;
   }
   state.healthy.clear();
-  state.monitor.reset();
 }
 
 HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
@@ -642,9 +615,15 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   } else {
     state.healthy.push_back(newest);
   }
-  while (state.healthy.front().stamp < newest.stamp - kHealthyKept) state.healthy.pop_front();
-  // After a stream that started anew the old states are of another time.
-  while (state.healthy.front().stamp > newest.stamp) state.healthy.pop_front();
+  // At rest the window has older ones. After a stream that started anew all are of another time.
+  const std::vector<double> in_window = stampsOf(window);
+  const auto isOld = [&](const HostState& one) {
+    return one.stamp > newest.stamp ||
+           (one.stamp < newest.stamp - kHealthyKept &&
+            !std::binary_search(in_window.begin(), in_window.end(), one.stamp));
+  };
+  state.healthy.erase(std::remove_if(state.healthy.begin(), state.healthy.end(), isOld),
+                      state.healthy.end());
 }
 
 bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window) {
@@ -653,7 +632,10 @@ bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window
   if (state.file.mode == HostMode::kStock && result && state.continues(first)) {
     const HostPropagation propagated = state.continued(first);
     state.continueFrame(first, propagated);
-    moveWindow(propagated.state, window);
+    HostWindow moved;
+    moved.states.swap(*window);
+    moveWindow(propagated.state, &moved);
+    window->swap(moved.states);
     return true;
   }
   if (state.file.mode != HostMode::kShadow) return false;

@@ -6,9 +6,8 @@
 
 namespace slim_init::vins_adapter {
 
-Solved solveNow(SolvePurpose purpose, double stamp, const SolveWorker::Solve& solve) {
+Solved solveNow(double stamp, const SolveWorker::Solve& solve) {
   Solved solved;
-  solved.purpose = purpose;
   solved.stamp = stamp;
   const auto begin = SolveWorker::Clock::now();
   solved.result = solve();
@@ -44,10 +43,9 @@ bool SolveWorker::post(SolvePurpose purpose, double stamp, Solve solve) {
 std::optional<Solved> SolveWorker::take(SolvePurpose purpose, Clock::time_point deadline) {
   std::unique_lock<std::mutex> lock(mutex_);
   changed_.wait_until(lock, deadline, [&] { return !isBusyLocked(purpose); });
-  if (!finished_.has_value() || finished_->purpose != purpose) return std::nullopt;
-  std::optional<Solved> solved = std::move(finished_);
-  finished_.reset();
-  return solved;
+  auto finished = finished_.extract(purpose);
+  if (finished.empty()) return std::nullopt;
+  return std::move(finished.mapped());
 }
 
 bool SolveWorker::isBusyLocked(SolvePurpose purpose) const {
@@ -62,7 +60,7 @@ bool SolveWorker::isBusy(SolvePurpose purpose) const {
 void SolveWorker::discard() {
   const std::lock_guard<std::mutex> lock(mutex_);
   next_.reset();
-  finished_.reset();
+  finished_.clear();
   keep_ = false;
 }
 
@@ -76,10 +74,10 @@ void SolveWorker::run() {
     running_ = posted.purpose;
     keep_ = true;
     lock.unlock();
-    Solved solved = solveNow(posted.purpose, posted.stamp, posted.solve);
+    Solved solved = solveNow(posted.stamp, posted.solve);
     lock.lock();
     running_.reset();
-    if (keep_) finished_ = std::move(solved);
+    if (keep_) finished_[posted.purpose] = std::move(solved);
     changed_.notify_all();
   }
 }

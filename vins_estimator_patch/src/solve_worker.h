@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -19,7 +20,6 @@ enum class SolvePurpose { kSeed, kRecover, kCheck };
 
 /// A finished solve.
 struct Solved {
-  SolvePurpose purpose = SolvePurpose::kSeed;
   double stamp = kNotComputed;  ///< the newest frame when it was posted [s], camera clock
   InitResult result;
   double solve_ms = 0.0;  ///< wall-clock time of the solve itself
@@ -42,8 +42,8 @@ class SolveWorker {
   /// thread to give.
   bool post(SolvePurpose purpose, double stamp, Solve solve);
 
-  /// The newest finished solve if it is of `purpose`, once; waits until `deadline` as long as one
-  /// of `purpose` runs or is to begin. Nothing: none has finished.
+  /// The newest finished solve of `purpose`, once; waits until `deadline` as long as one of
+  /// `purpose` runs or is to begin. Nothing: none has finished.
   std::optional<Solved> take(SolvePurpose purpose, Clock::time_point deadline);
 
   /// A solve of this purpose runs or is to begin.
@@ -66,13 +66,13 @@ class SolveWorker {
   std::condition_variable changed_;
   std::optional<Posted> next_;
   std::optional<SolvePurpose> running_;
-  std::optional<Solved> finished_;
-  bool keep_ = true;  // the result of the solve that runs
+  std::map<SolvePurpose, Solved> finished_;  // one must not push out another that is wanted more
+  bool keep_ = true;                         // the result of the solve that runs
   bool stop_ = false;
   std::thread thread_;
 };
 
 /// Runs a solve in the calling thread and measures it.
-Solved solveNow(SolvePurpose purpose, double stamp, const SolveWorker::Solve& solve);
+Solved solveNow(double stamp, const SolveWorker::Solve& solve);
 
 }  // namespace slim_init::vins_adapter

@@ -71,7 +71,7 @@ std::string startRecordRow(HostMode mode, const std::string& action, const HostR
       toString(mode),
       action,
       toString(answer.result.status),
-      number(answer.total_ms, 4),
+      number(answer.solve_ms, 4),
       number(answer.result.scale_sigma, 4),
       number(pathLength(answer.window), 6),
       number(speed(answer.window), 6),

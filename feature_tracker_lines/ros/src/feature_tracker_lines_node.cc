@@ -49,6 +49,8 @@ class FeatureTrackerLinesNode {
   ros::NodeHandle handle_;
   ros::NodeHandle private_handle_{"~"};
   ImuLimits imu_limits_;
+  cv::Size image_size_;
+  std::int64_t discarded_before_ = 0;  // images, at the last report
   std::unique_ptr<ImagePipeline> pipeline_;
   NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
 
@@ -82,6 +84,7 @@ std::string FeatureTrackerLinesNode::start() {
   // One thread: OpenCV's own cost more than they save at these image sizes.
   cv::setNumThreads(1);
   imu_limits_ = config.options.imu;
+  image_size_ = {config.camera.width, config.camera.height};
   pipeline_ = std::make_unique<ImagePipeline>(config, options);
 
   features_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker/feature", 100);
@@ -125,6 +128,11 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
     problem = decode(message, &image);
   } catch (const std::exception& exception) {
     problem = std::string("cannot be read: ") + exception.what();
+  }
+  if (problem.empty() && image.size() != image_size_) {
+    problem = text("has ", image.cols, " x ", image.rows,
+                   " pixels (image_width, image_height: ", image_size_.width, " x ",
+                   image_size_.height, ')');
   }
   if (!problem.empty()) problem = "the image " + problem;
   double t = 0.0;
@@ -218,11 +226,12 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
   addValue("gyroscope used", report.rotation_from_gyro, &tracking);
   addValue("front end [ms]", report.total_ms, &tracking);
-  if (counts.images_overrun + counts.images_refused > 0) {
+  const std::int64_t discarded = counts.images_overrun + counts.images_refused;
+  if (discarded > discarded_before_) {
     raise(diagnostic_msgs::DiagnosticStatus::WARN,
-          std::to_string(counts.images_overrun + counts.images_refused) + " images discarded",
-          &tracking);
+          std::to_string(discarded - discarded_before_) + " images discarded", &tracking);
   }
+  discarded_before_ = discarded;
   return {streams, tracking};
 }
 

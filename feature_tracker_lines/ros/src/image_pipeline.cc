@@ -105,10 +105,9 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   if (images_.empty()) return std::nullopt;
   const double t_image = calibration.imuTime(images_.front().t);
   const bool covered = t_image <= t_imu_;  // false without IMU
-  if (!covered && config_.front_end.use_gyro &&
-      t_image_ - images_.front().t < options_.max_imu_wait_s) {
-    return std::nullopt;
-  }
+  const bool may_wait = t_image_ - images_.front().t < options_.max_imu_wait_s &&
+                        static_cast<int>(images_.size()) < options_.image_queue;
+  if (!covered && config_.front_end.use_gyro && may_wait) return std::nullopt;
 
   *worked = true;
   const PendingImage image = std::move(images_.front());

@@ -244,7 +244,7 @@ void ImuScreen::takeBack(int repeats) {
   double since = recent_.back().t - (repeats + 0.5) * period_;
   if (!damage_.empty()) since = std::max(since, damage_.back().last);
   while (samples_.size() > 1 && samples_.back().t > since) {
-    left_out_.insert(left_out_.begin(), samples_.back());
+    left_out_.push_front(samples_.back());
     samples_.pop_back();
   }
 }
@@ -286,9 +286,10 @@ void ImuScreen::fill(const ImuSample& last, const ImuDamage& damage,
     }
     return;
   }
-  const int steps = static_cast<int>(std::lround((last.t - before.t) / period_));
+  const double since = std::max(before.t, last.t - kKept);
+  const int steps = static_cast<int>(std::lround((last.t - since) / period_));
   for (int k = 1; k < steps; ++k) {
-    filled->push_back(between(before, last, before.t + (last.t - before.t) * k / steps));
+    filled->push_back(between(before, last, since + (last.t - since) * k / steps));
   }
 }
 
@@ -346,8 +347,12 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
     open->last = sample.t;
     open->gyro_known = open->gyro_known && (usable || gyro_usable);
     if (!usable) left_out_.push_back(sample);
+    if (!open->gyro_known) left_out_.clear();
   }
-  if (!usable) return {};
+  if (!usable) {
+    forgetOld(sample.t);
+    return {};
+  }
 
   std::vector<ImuSample> ready;
   if (open != nullptr) {
@@ -368,9 +373,15 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   samples_.push_back(sample);
   if (noisy) ready.clear();
   if (!ready.empty()) returned_ = sample.t;
-  while (samples_.front().t < sample.t - kKept) samples_.pop_front();
-  while (!damage_.empty() && damage_.front().last < sample.t - kKept) damage_.pop_front();
+  forgetOld(sample.t);
   return ready;
+}
+
+// A sensor that gives one value for hours is damage all the time.
+void ImuScreen::forgetOld(double t) {
+  while (samples_.size() > 1 && samples_.front().t < t - kKept) samples_.pop_front();
+  while (!left_out_.empty() && left_out_.front().t < t - kKept) left_out_.pop_front();
+  while (!damage_.empty() && damage_.front().last < t - kKept) damage_.pop_front();
 }
 
 AddStatus ImuScreen::pass(const ImuSample& sample, const Receiver& receiver) {

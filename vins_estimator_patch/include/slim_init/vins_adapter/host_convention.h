@@ -22,6 +22,9 @@ enum class HostOrigin {
   kKeep,
 };
 
+/// Stamps of the frames of a window [s].
+std::vector<double> stampsOf(const std::vector<HostState>& window);
+
 /// Yaw of a rotation as the host takes it [rad]: the direction of the body's x axis in the ground
 /// plane; zero where that axis is vertical and the yaw therefore not defined.
 double hostYaw(const Eigen::Matrix3d& R_w_b);
@@ -32,6 +35,16 @@ double hostYaw(const Eigen::Matrix3d& R_w_b);
 /// returns false, leaves `window` as it was and puts a message into `error` (may be null).
 bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude, double td,
                   HostOrigin origin, HostWindow* window, std::string* error);
+
+/// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
+/// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
+/// was, where the difference tilts by 180 deg.
+bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
+                       Eigen::Matrix3d* turn);
+
+/// Moves a window, which has a state, so that its first frame has the position and the heading of
+/// `anchor`.
+void moveWindow(const HostState& anchor, HostWindow* window);
 
 /// Tracked points of camera 0 as a host passes them, six numbers each: id, x, y, z (undistorted,
 /// z = 1), u, v [px].

@@ -112,6 +112,7 @@ class ImuScreen {
   ImuSampleNoise usualNoise() const;
   void widenByNoise(double begin, double end, const ImuSampleNoise& excess);
   void insertDamage(const ImuDamage& damage);
+  void forgetOld(double t);
   void fill(const ImuSample& last, const ImuDamage& damage, std::vector<ImuSample>* filled) const;
   std::vector<ImuSample> bridge(const ImuDamage& damage, std::vector<ImuSample> filled) const;
 
@@ -119,7 +120,7 @@ class ImuScreen {
   std::deque<ImuSample> samples_;
   std::deque<ImuSample> recent_;  // as measured, good or bad
   std::deque<ImuDamage> damage_;
-  std::vector<ImuSample> left_out_;   // of the open damage
+  std::deque<ImuSample> left_out_;    // of the open damage, whose rates are known
   std::deque<ImuSampleNoise> noise_;  // of blocks of samples
   std::size_t in_block_ = 0;
   // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
