@@ -98,8 +98,7 @@ class Initializer : public IInitializer {
   InitializerInfo info() const override {
     InitializerInfo info;
     info.method = solver_->name();
-    info.window_span_s = std::max(options_.window.max_span_s,
-                                  options_.window.keyframes * options_.window.min_interval_s);
+    info.window_span_s = options_.window.fullSpan();
     const std::lock_guard<std::mutex> lock(mutex_);
     info.calibration = window_.calibration();
     info.counts = window_.counts();

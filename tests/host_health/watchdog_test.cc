@@ -213,6 +213,11 @@ TEST(ImuScreen, AFrozenSensorIsMissing) {
   }
   EXPECT_LT(screen.heldUntil(again.t).size(), 4200u);
   EXPECT_LT(screen.damage().size(), 3u);
+  // So it is after a jump of its clock to the time of day.
+  again = exact.imu[505];
+  again.t += 1.7e9;
+  screen.add(again);
+  EXPECT_LT(screen.heldUntil(again.t).size(), 4200u);
   // A driver that sends each sample twice is not frozen, nor is a simulation without noise at rest.
   samples = exact.imu;
   for (std::size_t i = 1; i < samples.size(); i += 2) {

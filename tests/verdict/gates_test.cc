@@ -87,6 +87,8 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
   EXPECT_EQ(describe(find(at(1.1), GateName::kExtrinsicRotation)),
             "extrinsic rotation error about 19 deg (sigma 1 deg), less 2.5 sigma: 16.5 deg "
             "(limit 15)");
+  found.covariance(6, 6) = kNotComputed;
+  EXPECT_FALSE(find(at(0.5), GateName::kTimeOffset).passed);
   handed_in.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
   // No bound on a rotation that was unknown, but on how well it is known now.
   EXPECT_EQ(at(1.1).front().name, GateName::kExtrinsicSigma);

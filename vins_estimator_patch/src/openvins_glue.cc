@@ -103,7 +103,8 @@ struct OpenVinsGlue::State {
 
   // Reported unless it repeats the refusal before.
   void reportAnswer(const InitResult& answer, bool taken, const std::string& problem, double ms) {
-    if (!taken && answer.status == reported_status && last_stamp - reported_stamp < kRepeatReport) {
+    if (!taken && answer.status == reported_status &&
+        std::abs(last_stamp - reported_stamp) < kRepeatReport) {
       return;
     }
     reported_status = answer.status;

@@ -116,7 +116,7 @@ std::string doctorJson(const DoctorReport& report) {
                                 {"advice", f.advice}});
   }
   json["lines"] = report.lines;
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace slim_init::evaluation

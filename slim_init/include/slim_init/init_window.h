@@ -92,10 +92,12 @@ class InitWindow {
 
   InitWindow() = default;
   friend class KeyframeWindow;
-  /// As create(), of frames that cleanFrame() has been applied to.
+  /// As create(), of frames that cleanFrame() has been applied to, at these times of the IMU clock
+  /// [s] in place of their own.
   static std::shared_ptr<const InitWindow> fromCleanFrames(
       const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-      std::vector<ImuSample> imu, std::string* error, std::vector<SpeedSample> speeds);
+      std::vector<double> times, std::vector<ImuSample> imu, std::string* error,
+      std::vector<SpeedSample> speeds);
   friend std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
                                                             const std::vector<char>& keep);
   friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,

@@ -54,8 +54,8 @@ class KeyframeWindow {
   /// Appends a velocity of Calibration::speed_sensor; time must increase.
   AddStatus addSpeed(const SpeedSample& sample);
 
-  /// The time offset [s] (as Calibration::td) of the frames that follow; those in the buffer keep
-  /// their times. A value that Calibration::validate() refuses is ignored.
+  /// The time offset [s] (as Calibration::td) of all frames, also of those in the buffer: a window
+  /// has one. A value that Calibration::validate() refuses is ignored.
   void setTd(double td);
 
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
@@ -86,11 +86,6 @@ class KeyframeWindow {
   void reset();
 
  private:
-  struct BufferedFrame {
-    double stamp = 0.0;  // camera clock [s]
-    // t on the IMU clock; cleaned (data/clean_frame.h). Shared with copies: never changed.
-    std::shared_ptr<const FrameObservation> observation;
-  };
   struct WaitingLines {
     double stamp = 0.0;
     std::vector<LineObservation> lines;
@@ -101,7 +96,7 @@ class KeyframeWindow {
   bool merge(std::vector<LineObservation> lines, FrameObservation* observation);
   void mergeWaiting(double stamp, FrameObservation* observation);
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
-  double frameTime(int i) const { return frames_[i].observation->t; }
+  double frameTime(int i) const { return calibration_.imuTime(frames_[i]->t); }
   double imuStart(int newest) const;
   std::vector<int> chooseKeyframes(const WindowOptions& selection, const TimeSpan& span,
                                    std::string* reason) const;
@@ -114,7 +109,8 @@ class KeyframeWindow {
   WindowOptions options_;
   StreamCheck check_;
   std::deque<ImuSample> imu_;
-  std::deque<BufferedFrame> frames_;
+  // t on the camera clock; cleaned (data/clean_frame.h). Shared with copies: never changed.
+  std::deque<std::shared_ptr<const FrameObservation>> frames_;
   std::deque<SpeedSample> speeds_;
   std::deque<WaitingLines> waiting_;  // ascending in stamp
 };

@@ -88,17 +88,21 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
                                                      std::vector<SpeedSample> speeds) {
   std::vector<FrameObservation> clean = keyframes;
   std::vector<const FrameObservation*> pointers;
+  std::vector<double> times;
   StreamCounts discarded;
   for (FrameObservation& frame : clean) {
     cleanFrame(frame, discarded);
     pointers.push_back(&frame);
+    times.push_back(frame.t);
   }
-  return fromCleanFrames(calibration, pointers, std::move(imu), error, std::move(speeds));
+  return fromCleanFrames(calibration, pointers, std::move(times), std::move(imu), error,
+                         std::move(speeds));
 }
 
 std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-    std::vector<ImuSample> imu, std::string* error, std::vector<SpeedSample> speeds) {
+    std::vector<double> times, std::vector<ImuSample> imu, std::string* error,
+    std::vector<SpeedSample> speeds) {
   if (const std::string message = calibration.validate(); !message.empty()) {
     return fail(error, "calibration: " + message);
   }
@@ -106,7 +110,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     return fail(error, text("window has ", keyframes.size(), " keyframes (minimum 2)"));
   }
   std::string order = checkAscending("time of keyframe ", keyframes.size(),
-                                     [&](std::size_t k) { return keyframes[k]->t; });
+                                     [&](std::size_t k) { return times[k]; });
   if (order.empty()) {
     order = checkAscending("IMU sample ", imu.size(), [&](std::size_t i) {
       return imu[i].gyro.allFinite() && imu[i].accel.allFinite() ? imu[i].t : kNotComputed;
@@ -116,12 +120,11 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   if (const std::string message = checkSpeeds(speeds, calibration.speed_sensor); !message.empty()) {
     return fail(error, message);
   }
-  if (imu.size() < 2 || imu.front().t > keyframes.front()->t ||
-      imu.back().t < keyframes.back()->t) {
+  if (imu.size() < 2 || imu.front().t > times.front() || imu.back().t < times.back()) {
     std::string message = text("IMU data do not cover the window: ", imu.size(), " samples");
     if (!imu.empty()) {
-      message += text(" from ", imu.front().t - keyframes.front()->t, " s after its start to ",
-                      keyframes.back()->t - imu.back().t, " s before its end");
+      message += text(" from ", imu.front().t - times.front(), " s after its start to ",
+                      times.back() - imu.back().t, " s before its end");
     }
     return fail(error, message);
   }
@@ -132,13 +135,12 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   common->calibration.R_b_c = nearestRotation(calibration.R_b_c);
   common->imu = std::move(imu);
   common->speeds = std::move(speeds);
-  common->times.reserve(keyframes.size());
+  common->times = std::move(times);
   common->keyframe_lines.resize(keyframes.size());
   std::vector<std::pair<FeatureId, WindowPoint>> points;
   std::vector<std::pair<FeatureId, WindowLine>> lines;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const FrameObservation& frame = *keyframes[k];
-    common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
       points.emplace_back(point.id, WindowPoint{static_cast<int>(k), point.bearing, point.row});
     }

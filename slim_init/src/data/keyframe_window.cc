@@ -24,15 +24,12 @@ AddStatus KeyframeWindow::addImu(const ImuSample& sample) {
 }
 
 AddStatus KeyframeWindow::addFrame(FrameObservation frame) {
-  const double t_imu = calibration_.imuTime(frame.t);
-  const AddStatus status = check_.checkFrame(t_imu);
+  const AddStatus status = check_.checkFrame(calibration_.imuTime(frame.t));
   if (!isAdded(status)) return status;
   if (status == AddStatus::kRestarted) dropData();
-  const double stamp = frame.t;
-  frame.t = t_imu;
   cleanFrame(frame, check_.counts());
-  mergeWaiting(stamp, &frame);
-  frames_.push_back({stamp, std::make_shared<const FrameObservation>(std::move(frame))});
+  mergeWaiting(frame.t, &frame);
+  frames_.push_back(std::make_shared<const FrameObservation>(std::move(frame)));
   trim();
   return status;
 }
@@ -50,15 +47,15 @@ AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> li
     ++counts.lines_not_finite;
     return AddStatus::kNotFinite;
   }
-  if (frames_.empty() || stamp > frames_.back().stamp + kSameStamp) {
+  if (frames_.empty() || stamp > frames_.back()->t + kSameStamp) {
     waitForFrame(stamp, std::move(lines));
     return AddStatus::kWaiting;
   }
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
-    if (std::abs(frame->stamp - stamp) > kSameStamp) continue;
-    FrameObservation with_lines = *frame->observation;
+    if (std::abs((*frame)->t - stamp) > kSameStamp) continue;
+    FrameObservation with_lines = **frame;
     if (!merge(std::move(lines), &with_lines)) return AddStatus::kUnmatched;
-    frame->observation = std::make_shared<const FrameObservation>(std::move(with_lines));
+    *frame = std::make_shared<const FrameObservation>(std::move(with_lines));
     return AddStatus::kAdded;
   }
   ++counts.lines_unmatched;
@@ -248,18 +245,20 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   }
 
   std::vector<const FrameObservation*> keyframes;
-  keyframes.reserve(chosen.size());
+  std::vector<double> times;
   for (auto i = chosen.rbegin(); i != chosen.rend(); ++i) {
-    keyframes.push_back(frames_[*i].observation.get());
+    keyframes.push_back(frames_[*i].get());
+    times.push_back(frameTime(*i));
   }
-  const double t_first = keyframes.front()->t, t_last = keyframes.back()->t;
+  const double t_first = times.front(), t_last = times.back();
   std::vector<SpeedSample> speeds;
   const double reach = InitWindow::kImuMargin + InitWindow::kMaxSpeedGap;
   std::copy_if(speeds_.begin(), speeds_.end(), std::back_inserter(speeds),
                [&](const SpeedSample& s) { return s.t > t_first - reach && s.t < t_last + reach; });
   std::string error;
-  result.window = InitWindow::fromCleanFrames(
-      calibration_, keyframes, samplesCovering(t_first, t_last), &error, std::move(speeds));
+  result.window =
+      InitWindow::fromCleanFrames(calibration_, keyframes, std::move(times),
+                                  samplesCovering(t_first, t_last), &error, std::move(speeds));
   if (result.window == nullptr) {
     result.status = InitStatus::kInvalidInput;
     result.message = error;
@@ -287,8 +286,7 @@ void KeyframeWindow::trim() {
   // Each stream is bounded by itself, so that neither a silent camera nor a silent IMU makes the
   // other grow without limit.
   while (imu_.size() > 2 && imu_[1].t < imu_.back().t - options_.buffer_s) imu_.pop_front();
-  while (frames_.size() > 1 &&
-         frames_.front().observation->t < frames_.back().observation->t - options_.buffer_s) {
+  while (frames_.size() > 1 && frames_.front()->t < frames_.back()->t - options_.buffer_s) {
     frames_.pop_front();
   }
   while (!speeds_.empty() && speeds_.front().t < speeds_.back().t - options_.buffer_s) {

@@ -223,7 +223,7 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
         name,
         roundedText(2, what, " error about ", of.error, ' ', of.unit, " (sigma ", of.sigma, ' ',
                     of.unit, "), less ", kCertainSigmas, " sigma:"),
-        of.unit, atMost(std::max(0.0, std::abs(of.error) - kCertainSigmas * of.sigma), threshold),
+        of.unit, atMost(std::max(std::abs(of.error) - kCertainSigmas * of.sigma, 0.0), threshold),
         InitStatus::kInconsistentResiduals);
   };
   const auto [rotation, translation, td, readout] = errorsOf(handed_in, found);
