@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 
 from handmade import by_hand, row, write_run
 from slim_init_report import __main__ as program
-from slim_init_report import bootstrap, data, figures, render, run_report, suite_report, suite_tables
+from slim_init_report import bootstrap, data, render, run_report, suite_report, suite_tables
 
 VOID = {"meta", "img", "br", "hr", "link"}
 
@@ -112,8 +112,8 @@ class RunReport(Folder):
         self.assertIn("rows &amp; &lt;columns&gt;", html)
         self.assertIn("<code>hand</code>, median", html)
         self.assertIn("rows & <columns>", page.text)
-        self.assertGreaterEqual(page.pictures, 3)
-        for picture in ("error_cdf.png", "solve_time.png", "first_answer.png"):
+        self.assertEqual(page.pictures, 2)
+        for picture in ("error_cdf.png", "solve_time.png"):
             self.assertGreater(os.path.getsize(os.path.join(self.folder, "run", picture)), 1000)
             self.assertIn("(%s)" % picture, markdown)
         self.assertNotIn("Differences", markdown)
@@ -146,7 +146,7 @@ class RunReport(Folder):
         self.assertNotIn("scale rmse", markdown)
         self.assertIn("| m | 6 |", markdown)
         self.assertNotIn("error_cdf.png", markdown)
-        self.assertEqual(page.pictures, 2)  # times and first answers
+        self.assertEqual(page.pictures, 1)  # times
 
     def test_a_method_that_never_answers(self):
         rows = [row(i, method, 1.1 if method == "slim" else None,
@@ -189,26 +189,6 @@ class RunReport(Folder):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "run", "error_cdf.png")))
 
 
-class FirstAnswer(unittest.TestCase):
-    def waits(self, rows, growing):
-        with tempfile.TemporaryDirectory() as folder:
-            windows = data.load_run(write_run(folder, rows)).windows
-        return [list(values) for values in figures.waiting_times(windows, growing)]
-
-    ROWS = [row(0, "m", None, "stationary"), row(1, "m", 1.2), row(2, "m", 1.01, answer_s=1.0),
-            row(3, "m", None, "stationary")]
-
-    def test_from_a_start_at_any_window(self):
-        wait, right = self.waits(self.ROWS, growing=False)
-        self.assertEqual(wait, [0.5 + 2.25, 2.25, 1.0, math.inf])
-        self.assertEqual(right, [False, False, True, False])
-
-    def test_growing_windows_have_their_own_answers(self):
-        wait, right = self.waits(self.ROWS, growing=True)
-        self.assertEqual(wait, [math.inf, 2.25, 1.0, math.inf])
-        self.assertEqual(right, [False, False, True, False])
-
-
 class SuiteReport(Folder):
     def run_of(self, name, methods, **more):
         rows = [row(i, method, 1.0 + error * (1.0 + 0.3 * math.sin(i)) if error else None,
@@ -247,12 +227,12 @@ class SuiteReport(Folder):
                      "## Where slim is not first", "## Accuracy per sequence",
                      "## Statuses (all windows)", "| circle | drt-l | 60 | 0 | 0 | 0 | 60 |", "| circle | drt-l | 0 | 0 | 0 | 0 | - |",
                      "recorded_error_cdf.png", "images_solve_time.png",
-                     "degenerate_first_answer.png", "How to read this"):
+                     "degenerate_solve_time.png", "How to read this"):
             self.assertIn(part, markdown)
         # Where a method succeeds in no window there is nothing to be first in but the success rate.
         self.assertIn("`slim` is first or level in", markdown)
         self.assertNotIn("NOT RUN", markdown)
-        self.assertGreaterEqual(page.pictures, 10)
+        self.assertEqual(page.pictures, 8)
 
     def test_first_answers_have_a_table_of_their_own(self):
         both = {"slim": 0.02, "drt-l": 0.4}

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy
+import pandas
 
 from .data import methods_of
 
@@ -78,20 +79,16 @@ class BlockDraws:
         draws = [-(-n // block) for n, block in zip(self.lengths, self.blocks)]
         # 32 random bits a block, mapped to its first window by multiplication: the same on every
         # machine and with every numpy.
-        generator = numpy.random.RandomState(seed)
-        bits = generator.randint(0, 2 ** 32, size=(replicates, sum(draws)), dtype=numpy.uint32)
-        self.times = numpy.zeros((replicates, sum(self.lengths)), dtype=numpy.float64)
-        first = drawn = 0
-        for n, block, blocks in zip(self.lengths, self.blocks, draws):
-            starts = (bits[:, drawn:drawn + blocks].astype(numpy.uint64) * numpy.uint64(n)) >> \
-                numpy.uint64(32)
-            indices = (starts.astype(numpy.int64)[:, :, None] + numpy.arange(block)) % max(n, 1)
+        bits = numpy.random.RandomState(seed).randint(0, 2 ** 32, size=(replicates, sum(draws)),
+                                                      dtype=numpy.uint32)
+        of_sequence = numpy.split(bits.astype(numpy.uint64), numpy.cumsum(draws)[:-1], axis=1)
+        times = []
+        for n, block, drawn in zip(self.lengths, self.blocks, of_sequence):
+            starts = ((drawn * numpy.uint64(n)) >> numpy.uint64(32)).astype(numpy.int64)
+            indices = (starts[:, :, None] + numpy.arange(block)) % max(n, 1)
             indices = indices.reshape(replicates, -1)[:, :n]  # the last block is cut short
-            for replicate in range(replicates):
-                self.times[replicate, first:first + n] = numpy.bincount(indices[replicate],
-                                                                        minlength=n)
-            first += n
-            drawn += blocks
+            times.append([numpy.bincount(one, minlength=n) for one in indices])
+        self.times = numpy.concatenate(times, axis=1).astype(float)
         self.share = numpy.repeat([1.0 / block for block in self.blocks], self.lengths)
         self.sequence = numpy.repeat(numpy.arange(len(self.lengths)), self.lengths)
 
@@ -141,27 +138,19 @@ def compare(windows, reference, block_s=None, replicates=REPLICATES, seed=SEED, 
 
 def _compare_method(method, reference, sequences, draws, subset):
     """The paired values of two methods over all sequences, and their intervals."""
-    index, ok_method, ok_reference = [], [], []
-    errors = {key: ([], []) for key in ERRORS}
-    first = 0
-    for sequence, length in zip(sequences, draws.lengths):
-        if method in sequence:
-            a, b = sequence[method], sequence[reference]
-            keep = b[subset].to_numpy() if subset else numpy.ones(length, dtype=bool)
-            index.append(first + numpy.flatnonzero(keep))
-            ok_method.append((a["attempted"] & a["success"]).to_numpy()[keep])
-            ok_reference.append((b["attempted"] & b["success"]).to_numpy()[keep])
-            for key, column in ERRORS.items():
-                errors[key][0].append(a[column].to_numpy()[keep])
-                errors[key][1].append(b[column].to_numpy()[keep])
-        first += length
-    index = numpy.concatenate(index)
-    ok_method, ok_reference = numpy.concatenate(ok_method), numpy.concatenate(ok_reference)
-    both = ok_method & ok_reference
+    first = numpy.cumsum([0] + draws.lengths)
+    chosen = [i for i, sequence in enumerate(sequences) if method in sequence]
+    index = numpy.concatenate([numpy.arange(first[i], first[i + 1]) for i in chosen])
+    a, b = (pandas.concat([sequences[i][name] for i in chosen]) for name in (method, reference))
+    if subset:
+        keep = b[subset].to_numpy()
+        index, a, b = index[keep], a[keep], b[keep]
+    ok_a, ok_b = ((rows["attempted"] & rows["success"]).to_numpy() for rows in (a, b))
+    both = ok_a & ok_b
     result = Comparison(method, len(index), int(both.sum()))
-    result.intervals["success_rate"] = draws.interval(index, ok_method.astype(float),
-                                                      ok_reference.astype(float), root=False)
-    for key, (a, b) in errors.items():
-        result.intervals[key] = draws.interval(index[both], numpy.concatenate(a)[both] ** 2,
-                                               numpy.concatenate(b)[both] ** 2, root=True)
+    result.intervals["success_rate"] = draws.interval(index, ok_a.astype(float),
+                                                      ok_b.astype(float), root=False)
+    for key, column in ERRORS.items():
+        squares = (rows[column].to_numpy()[both] ** 2 for rows in (a, b))
+        result.intervals[key] = draws.interval(index[both], *squares, root=True)
     return result
