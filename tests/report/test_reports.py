@@ -254,39 +254,6 @@ class SuiteReport(Folder):
         markdown, _, _ = check(self, suite_report.write(runs[1:], out))
         self.assertIn("simulated-circle", markdown[markdown.index("## Statuses"):])
 
-    def test_wrong_rigs_have_a_table_of_their_own(self):
-        both = {"slim": 0.02, "drt-l": 0.1}
-        options = {"builtin": "figure-eight", "world": "room", "points": 100, "lines": 25}
-        rigs = [self.run_of("rigs/%s/%s" % (sequence, name), both, options=dict(options, **wrong))
-                for sequence in ("one", "two")
-                for name, wrong in (
-                    ("td0_rot0", {"td_error_s": 0.0, "extrinsic_error_deg": 0.0}),
-                    ("td20_rot4", {"td_error_s": 0.02, "extrinsic_error_deg": 4.0}),
-                    ("random", {"td_error_s": 0.05, "extrinsic_error_deg": 10.0, "random_rig": 1}),
-                    ("undeclared", {"readout_s": 0.033, "readout_error_s": -0.033}),
-                    ("imu", {"imu_rate_hz": 100.0, "imu_jitter_s": 0.002, "imu_dropout": 0.01}))]
-        right = self.run_of("simulated/circle", both, options=dict(options, builtin="circle"))
-        out = os.path.join(self.folder, "out")
-        os.makedirs(out)
-        markdown, _, _ = check(self, suite_report.write([right] + rigs, out))
-        self.assertIn("## Miscalibrated rigs", markdown)
-        self.assertIn("The calibration given to the methods", markdown)
-        for text in ("| none | slim |", "| td 20 ms, rotation 4 deg | drt-l |",
-                     "| up to td 50 ms, up to rotation 10 deg | slim |",
-                     "| readout 33 ms, readout off by -33 ms | slim |",
-                     "| IMU 100 Hz, jitter 2 ms, missing 1 % | slim |"):
-            self.assertIn(text, markdown)
-        # The sequences of a rig are in one row.
-        table = suite_tables.rig_table(rigs)
-        self.assertEqual(len(table.rows), 5 * 2)
-        # And they are in no other table.
-        verdicts = markdown[markdown.index("## Statuses"):markdown.index("## Pictures")]
-        self.assertIn("circle", verdicts)
-        self.assertNotIn("td20_rot4", verdicts)
-        # They may be all there is.
-        markdown, _, _ = check(self, suite_report.write(rigs, out))
-        self.assertIn("| none | slim |", markdown)
-
     def test_without_the_reference_there_are_no_differences(self):
         run = self.run_of("recorded/MH_03", {"drt-l": 0.1, "vins": 0.2})
         markdown, _, _ = check(self, suite_report.write([run], self.folder))

@@ -9,7 +9,7 @@ import numpy
 
 from . import paper
 from .data import methods_of, pool
-from .method_tables import CALIBRATION, TIME, Column, method_table, named_table
+from .method_tables import TIME, Column, method_table, named_table
 from .statistics import summarize
 from .tables import Cell, Table, count, number
 
@@ -149,28 +149,6 @@ def ablation_table(runs, degenerate):
         for column in range(2, 4 + len(ERRORS)):
             table.mark_best(column, column > 2, rows)
     return table
-
-
-def rig_text(run):
-    """Calibration errors of a run, in words."""
-    o = run.options
-    within = "up to " if o.get("random_rig") else ""
-    parts = [within + pattern % (factor * float(o[key])) for key, pattern, factor in (
-        ("td_error_s", "td %g ms", 1e3), ("extrinsic_error_deg", "rotation %g deg", 1.0),
-        ("readout_s", "readout %g ms", 1e3), ("readout_error_s", "readout off by %g ms", 1e3),
-        ("imu_rate_hz", "IMU %g Hz", 1.0), ("imu_jitter_s", "jitter %g ms", 1e3),
-        ("imu_dropout", "missing %g %%", 100.0)) if float(o.get(key) or 0.0) != 0.0]
-    return ", ".join(parts) or "none"
-
-
-def rig_table(runs, title=""):
-    """A row per rig and method, the windows of all sequences together."""
-    rigs = {}
-    for run in runs:
-        rigs.setdefault(rig_text(run), []).append(run)
-    blocks = [((text,), summarize(pool(members))) for text, members in rigs.items()]
-    return named_table(CALIBRATION, blocks, ["calibration error", "method"],
-                       any(run.has_truth for run in runs), title)
 
 
 def time_table(runs):
