@@ -51,18 +51,14 @@ def find_program(config, suite_folder):
     """The program slim_init: that of the configuration, of the build folder or the installation
     that this suite belongs to, or of PATH."""
     given = config.get("program") or ""
-    if given:
-        if shutil.which(given) is None:
-            raise ConfigError("program: %s is not a program" % given)
-        return given
-    for place in ("../../../build/bin/slim_init",  # slim_init/evaluation/suite of the sources
-                  "../../../bin/slim_init"):       # share/slim_init/suite of an installation
-        path = os.path.normpath(os.path.join(suite_folder, place))
-        if os.access(path, os.X_OK):
-            return path
-    found = shutil.which("slim_init")
+    places = [os.path.normpath(os.path.join(suite_folder, place)) for place in (
+        "../../../build/bin",  # slim_init/evaluation/suite of the sources
+        "../../../bin")]       # share/slim_init/suite of an installation
+    found = shutil.which(given or "slim_init",
+                         path=os.pathsep.join(places + [os.environ.get("PATH", "")]))
     if found is None:
-        raise ConfigError("program: no slim_init in the build folder of this source or in PATH; "
+        raise ConfigError("program: %s is not a program" % given if given else
+                          "program: no slim_init in the build folder of this source or in PATH; "
                           "name it with --config program=FILE")
     return found
 

@@ -2,6 +2,8 @@
 """The columns of tables with a row per method, and these tables."""
 from dataclasses import dataclass
 
+from .data import methods_of
+from .statistics import reduced
 from .tables import Table, count, number
 
 FEW_WINDOWS = "\u2020"  # a dagger
@@ -127,23 +129,24 @@ def named_table(columns, blocks, names, has_truth=True, title=""):
     return table
 
 
-def difference_table(comparisons, reference, title=""):
-    """A row per method; bold where zero is outside the interval, which stands below the value."""
-    columns = (("success %", "success_rate", "%+.1f", 100.0),
-               ("scale rmse", "scale_rmse", "%+.3f", 1.0),
-               ("gravity deg", "gravity_rmse_deg", "%+.2f", 1.0),
-               ("velocity m/s", "velocity_rmse", "%+.3f", 1.0),
-               ("pose m", "pose_rmse", "%+.3f", 1.0))
-    table = Table(["method minus %s" % reference, "windows", "both succeed"] +
-                  [title for title, _, _, _ in columns], title=title)
-    for comparison in comparisons:
-        cells = [count(comparison.windows), count(comparison.both_success)]
-        for _, key, pattern, factor in columns:
-            interval = comparison.intervals[key]
-            cell = number(pattern, interval.value, factor)
-            low, high = (number(pattern, bound, factor) for bound in (interval.low, interval.high))
-            cell.beside = "" if "-" in (low.text, high.text) else "%s to %s" % (low.text, high.text)
-            cell.best = interval.significant
-            cells.append(cell)
-        table.add(comparison.method, *cells)
+def difference_table(windows, reference, title=""):
+    """A row per method: its figures minus those of the reference on the windows of both, errors over
+    those in which both succeed. No row where no sequence with ground truth has the reference."""
+    errors = (("scale rmse", "scale_error", "%+.3f"), ("gravity deg", "gravity_error_deg", "%+.2f"),
+              ("velocity m/s", "velocity_rmse", "%+.3f"), ("pose m", "pose_rmse", "%+.3f"))
+    table = Table(["method minus %s" % reference, "windows", "both succeed", "success %"] +
+                  [name for name, _, _ in errors], title=title)
+    known = windows[windows["has_truth"]].set_index(["run", "trial"])
+    known = known.assign(ok=known["attempted"] & known["success"])
+    own = known[known["method"] == reference]
+    for method in methods_of(known):
+        pairs = known[known["method"] == method].join(own, rsuffix="_own", how="inner")
+        if method == reference or pairs.empty:
+            continue
+        both = pairs[pairs["ok"] & pairs["ok_own"]]
+        table.add(method, count(len(pairs)), count(len(both)),
+                  number("%+.1f", pairs["ok"].mean() - pairs["ok_own"].mean(), 100.0),
+                  *[number(pattern, reduced(both[column], "rmse") -
+                           reduced(both[column + "_own"], "rmse"))
+                    for _, column, pattern in errors])
     return table

@@ -1,10 +1,10 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The report of several runs together: the paper's tables, what it printed beside ours, and
-differences with intervals. Its text is in templates/suite.j2."""
+paired differences. Its text is in templates/suite.j2."""
 import os
 from dataclasses import dataclass
 
-from . import bootstrap, figures, render
+from . import figures, render
 from .data import methods_of, pool
 from .method_tables import DETAIL, DOWNSTREAM, FIRST_ANSWER, VERDICTS, difference_table
 from .run_report import REFERENCE
@@ -113,8 +113,6 @@ def build(runs, out, notes=(), command=""):
     labels = _labels(runs)
     methods = methods_of(pool([run for group in (plain or groups) for run in group.runs]))
     compared = REFERENCE in methods and len(methods) > 1
-    comparisons = [(group, bootstrap.compare(pool(group.runs), REFERENCE))
-                   for group in plain] if compared else []
     timed = (real[:1] or plain or groups)
     return {
         "title": "The paper's tables", "reference": REFERENCE, "command": command,
@@ -134,7 +132,8 @@ def build(runs, out, notes=(), command=""):
         "timed_title": real[0].title if real else "all runs",
         "times": time_table([run for group in timed for run in group.runs]),
         "first_answers": _first_answers(runs),
-        "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
+        "differences": [difference_table(pool(group.runs), REFERENCE, group.title)
+                        for group in plain] if compared else [],
         "not_first": _not_first(plain) if compared else [],
         "details": _details(plain),
         "verdicts": [run_method_table(group.runs, VERDICTS, title=group.title) for group in plain],
