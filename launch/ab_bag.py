@@ -7,7 +7,6 @@ ab_bag.py run BAG CONFIG OUT METHODS RATE HOST TRACKER
     and is initialized by slim the second, and compares the two odometries, with the ground truth in
     BAG.groundtruth.csv if that file exists. Then, in any case, the methods off line.
 """
-import bisect
 import contextlib
 import csv
 import html
@@ -18,6 +17,8 @@ import signal
 import subprocess
 import sys
 import time
+
+import numpy as np
 
 MODES = ("stock", "slim")
 ODOMETRY = "vins_result_no_loop.csv"  # VINS-Mono writes it into output_path, a row a frame
@@ -66,99 +67,81 @@ def topic_of(text, key):
 # ------------------------------------------------------------------------------------- odometries
 
 
-def poses(path, what):
-    """[(stamp [s], x, y, z [m])] from rows that begin with the stamp [ns] and a position; sorted by
+def table_of(path, columns, what):
+    """Rows that begin with a stamp [ns], which becomes seconds, with `columns` numbers each; sorted by
     stamp, of equal stamps the last. A host that was killed while it wrote leaves half a row."""
     rows = {}
     for line in read(path).splitlines():
-        words = line.split(",")
         try:
-            stamp, x, y, z = (float(word) for word in words[:4])
+            row = [float(word) for word in line.split(",")[:columns]]
         except ValueError:
             continue
-        if all(map(math.isfinite, (stamp, x, y, z))):
-            rows[stamp] = (stamp * 1e-9, x, y, z)
+        if len(row) == columns and all(map(math.isfinite, row)):
+            rows[row[0]] = [row[0] * 1e-9] + row[1:]
     if not rows and what:
         fail("%s has no %s" % (path, what))
-    return [rows[stamp] for stamp in sorted(rows)]
+    return np.array([rows[stamp] for stamp in sorted(rows)]).reshape(-1, columns)
 
 
-def at(truth, stamps, t):
-    """Position on `truth` at `t`, linear between its rows; None outside it and in gaps of 0.1 s."""
-    after = bisect.bisect_left(stamps, t)
-    if after < len(stamps) and stamps[after] == t:
-        return truth[after][1:]
-    if after == 0 or after == len(stamps):
-        return None
-    (t0, *p), (t1, *q) = truth[after - 1], truth[after]
-    if t1 - t0 > 0.1:
-        return None
-    w = (t - t0) / (t1 - t0)
-    return [(1.0 - w) * a + w * b for a, b in zip(p, q)]
+def interpolated(table, t):
+    """Columns of `table` behind the stamp at the times `t`, linear between its rows."""
+    return np.array([np.interp(t, table[:, 0], table[:, k]) for k in range(1, table.shape[1])]).T
 
 
-def mean(values):
-    return sum(values) / len(values)
+def at(truth, t):
+    """Positions on `truth` at the times `t`; NaN outside it and in gaps of 0.1 s."""
+    stamps = truth[:, 0]
+    after = np.clip(np.searchsorted(stamps, t), 1, len(truth) - 1)
+    near = (stamps[after] - stamps[after - 1] <= 0.1) | (stamps[after] == t) | (stamps[0] == t)
+    known = near & (t >= stamps[0]) & (t <= stamps[-1])
+    return np.where(known[:, None], interpolated(truth, t), np.nan)
 
 
-def fitted(pairs, with_scale):
-    """Yaw [rad], scale and translation that bring the first of each pair closest to the second:
+def heading(yaw):
+    """The rotation about z."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def fitted(p, q, with_scale):
+    """Scale, scaled rotation and translation that bring the rows of `p` closest to those of `q`:
     rotation about z only, since gravity is observed."""
-    a = [mean([pair[0][k] for pair in pairs]) for k in range(3)]
-    b = [mean([pair[1][k] for pair in pairs]) for k in range(3)]
-    dot = cross = vertical = square = 0.0
-    for p, q in pairs:
-        u, v = [p[k] - a[k] for k in range(3)], [q[k] - b[k] for k in range(3)]
-        dot += u[0] * v[0] + u[1] * v[1]
-        cross += u[0] * v[1] - u[1] * v[0]
-        vertical += u[2] * v[2]
-        square += u[0] ** 2 + u[1] ** 2 + u[2] ** 2
-    yaw = math.atan2(cross, dot)
-    scale = (math.hypot(dot, cross) + vertical) / square if with_scale and square > 0.0 else 1.0
-    c, s = scale * math.cos(yaw), scale * math.sin(yaw)
-    return yaw, scale, (b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1], b[2] - scale * a[2])
-
-
-def moved(fit, p):
-    yaw, scale, t = fit
-    c, s = scale * math.cos(yaw), scale * math.sin(yaw)
-    return (c * p[0] - s * p[1] + t[0], s * p[0] + c * p[1] + t[1], scale * p[2] + t[2])
+    u, v = p - p.mean(axis=0), q - q.mean(axis=0)
+    cross, dot = np.sum(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]), np.sum(u[:, :2] * v[:, :2])
+    square = np.sum(u ** 2)
+    scale = 1.0
+    if with_scale and square > 0.0:
+        scale = float((math.hypot(dot, cross) + np.sum(u[:, 2] * v[:, 2])) / square)
+    turn = scale * heading(math.atan2(cross, dot))
+    return scale, turn, q.mean(axis=0) - turn @ p.mean(axis=0)
 
 
 def measured(odometry, truth, began):
-    """What is known of a run. Times from `began` [s]; without ground truth there are times alone."""
+    """What is known of a run, from rows of stamp and position. Times from `began` [s]; without ground
+    truth there are times alone."""
     result = {"frames": len(odometry), "first_s": None, "scale": None, "scale_run": None,
-              "ate_m": None, "drift_m": None, "path_m": None, "errors": [], "aligned": []}
-    if not odometry:
+              "ate_m": None, "drift_m": None, "path_m": None, "errors": np.zeros((0, 2)),
+              "aligned": odometry[:, 1:]}
+    if not len(odometry):
         return result
-    result["first_s"] = odometry[0][0] - began
-    result["aligned"] = [row[1:] for row in odometry]
-    if not truth:
+    result["first_s"] = odometry[0, 0] - began
+    if not len(truth):
         return result
-    stamps = [row[0] for row in truth]
-    pairs, times = [], []
-    for t, *p in odometry:
-        q = at(truth, stamps, t)
-        if q is not None:
-            pairs.append((p, q))
-            times.append(t)
-    early = [pair for pair, t in zip(pairs, times) if t <= odometry[0][0] + EARLY_S]
-    if len(early) >= 5:
+    q = at(truth, odometry[:, 0])
+    known = np.isfinite(q[:, 0])
+    t, p, q = odometry[known, 0], odometry[known, 1:], q[known]
+    early = t <= odometry[0, 0] + EARLY_S
+    if np.sum(early) >= 5:
         # Scale of the odometry: what the truth has to be multiplied by.
-        scale = fitted([(q, p) for p, q in early], True)[1]
-        result["scale"] = scale
-    if len(pairs) >= 5:
-        result["scale_run"] = fitted([(q, p) for p, q in pairs], True)[1]
-        fit = fitted(pairs, False)
-        errors = [math.dist(moved(fit, p), q) if hasattr(math, "dist") else
-                  math.sqrt(sum((a - b) ** 2 for a, b in zip(moved(fit, p), q)))
-                  for p, q in pairs]
-        result["ate_m"] = math.sqrt(mean([error ** 2 for error in errors]))
-        result["drift_m"] = max(errors)
-        result["path_m"] = sum(math.sqrt(sum((a - b) ** 2 for a, b in zip(q0, q1)))
-                               for (_, q0), (_, q1) in zip(pairs, pairs[1:]))
-        result["errors"] = [(t - began, error) for t, error in zip(times, errors)]
-        result["aligned"] = [moved(fit, row[1:]) for row in odometry]
+        result["scale"] = fitted(q[early], p[early], True)[0]
+    if len(t) >= 5:
+        _, turn, shift = fitted(p, q, False)
+        errors = np.linalg.norm(p @ turn.T + shift - q, axis=1)
+        result.update({
+            "scale_run": fitted(q, p, True)[0], "ate_m": math.sqrt(np.mean(errors ** 2)),
+            "drift_m": np.max(errors), "errors": np.column_stack([t - began, errors]),
+            "path_m": np.sum(np.linalg.norm(np.diff(q, axis=0), axis=1)),
+            "aligned": odometry[:, 1:] @ turn.T + shift})
     return result
 
 
@@ -221,14 +204,11 @@ def draw(results, truth, path):
     except ImportError:
         return False
     figure, (above, errors) = plt.subplots(1, 2, figsize=(12, 5))
-    if truth:
-        above.plot([row[1] for row in truth], [row[2] for row in truth], color="0.6", label="ground truth")
+    above.plot(truth[:, 1], truth[:, 2], color="0.6", label="ground truth" if len(truth) else None)
     for mode, colour in zip(MODES, ("tab:orange", "tab:blue")):
         r = results[mode]
-        above.plot([p[0] for p in r["aligned"]], [p[1] for p in r["aligned"]], color=colour,
-                   label=mode)
-        errors.plot([t for t, _ in r["errors"]], [error for _, error in r["errors"]], color=colour,
-                    label=mode)
+        above.plot(r["aligned"][:, 0], r["aligned"][:, 1], color=colour, label=mode)
+        errors.plot(r["errors"][:, 0], r["errors"][:, 1], color=colour, label=mode)
     above.set(xlabel="x [m]", ylabel="y [m]", title="top view", aspect="equal")
     errors.set(xlabel="since the bag's start [s]", ylabel="[m]", title="position error")
     above.legend()
@@ -240,7 +220,7 @@ def draw(results, truth, path):
 
 
 def write_page(results, truth, bag, out):
-    lines = verdict(results, bool(truth))
+    lines = verdict(results, len(truth) > 0)
     rows = table(results)
     pictured = draw(results, truth, os.path.join(out, "ab_bag.png"))
     with open(os.path.join(out, "ab_bag.csv"), "w", newline="", encoding="utf-8") as file:
@@ -325,17 +305,23 @@ def wait_until_quiet(path):
         time.sleep(0.1)
 
 
+def prepare(folder, text, mode):
+    """Makes the folder of a run. Returns its configuration file, the odometry that the host writes and
+    the log."""
+    os.makedirs(folder, exist_ok=True)
+    own, odometry, log = (os.path.join(folder, name)
+                          for name in ("host.yaml", ODOMETRY, "roslaunch.log"))
+    if os.path.exists(odometry):
+        os.remove(odometry)  # the host appends
+    with open(own, "w", encoding="utf-8") as file:
+        file.write(config_of(text, mode, folder))
+    return own, odometry, log
+
+
 def fly(mode, bag, config, text, out, rate, tracker):
     """One run of the host over the whole bag; its odometry."""
     folder = os.path.join(out, mode)
-    os.makedirs(folder, exist_ok=True)
-    odometry = os.path.join(folder, ODOMETRY)
-    if os.path.exists(odometry):
-        os.remove(odometry)  # the host appends
-    own = os.path.join(folder, "host.yaml")
-    with open(own, "w", encoding="utf-8") as file:
-        file.write(config_of(text, mode, folder))
-    log = os.path.join(folder, "roslaunch.log")
+    own, odometry, log = prepare(folder, text, mode)
     print("\n==> %s: the host plays the whole bag (%s)" % (mode, log), flush=True)
     with host(config, own, log, tracker) as launch:
         played = play(bag, text, rate, mode)
@@ -346,7 +332,7 @@ def fly(mode, bag, config, text, out, rate, tracker):
     if mode == "slim" and not os.path.exists(os.path.join(folder, "slim_init_starts.csv")):
         fail("the host left no slim_init_starts.csv in %s: is its estimator patched "
              "(vins_estimator_patch/README.md)?" % folder)
-    return poses(odometry, None) if os.path.exists(odometry) else []
+    return table_of(odometry, 4, None) if os.path.exists(odometry) else np.zeros((0, 4))
 
 
 def end(launch):
@@ -368,7 +354,8 @@ def run(bag, config, out, methods, rate, host, tracker):
         text = read(config)
         began = begin_of(bag)
         truth_file = bag + ".groundtruth.csv"
-        truth = poses(truth_file, "poses") if os.path.exists(truth_file) else []
+        truth = (table_of(truth_file, 4, "poses") if os.path.exists(truth_file)
+                 else np.zeros((0, 4)))
         results = {mode: measured(fly(mode, bag, config, text, out, rate, tracker), truth, began)
                    for mode in MODES}
         report = write_page(results, truth, bag, out)

@@ -29,7 +29,7 @@ import sys
 import numpy as np
 
 import ab_bag
-from ab_bag import fail
+from ab_bag import fail, heading, interpolated
 
 KINDS = {"accel": 1, "gyro": 1, "noise": 2, "clip": 2, "frozen": 0, "no-imu": 0, "no-images": 0,
          "nothing": 0, "blank": 0, "upside-down": 0, "texture": 2}  # and how many sizes they have
@@ -175,21 +175,8 @@ def rotations(q):
 
 def read_truth(path):
     """Rows of stamp [s], position, quaternion w x y z."""
-    rows = []
-    for line in ab_bag.read(path).splitlines():
-        try:
-            row = [float(word) for word in line.split(",")[:8]]
-        except ValueError:
-            continue
-        rows.append([row[0] * 1e-9] + row[1:])
-    if len(rows) < 10 or len(rows[0]) != 8:
-        fail("%s has no poses" % path)
-    return np.array(rows)
-
-
-def at(table, t):
-    """Columns of `table` at `t`, linear between its rows."""
-    return np.array([np.interp(t, table[:, 0], table[:, k]) for k in range(1, table.shape[1])]).T
+    rows = ab_bag.table_of(path, 8, "poses")
+    return rows if len(rows) >= 10 else fail("%s has no poses" % path)
 
 
 class Flight:
@@ -207,10 +194,11 @@ class Flight:
         signs = np.sign(np.sum(truth[1:, 4:] * truth[:-1, 4:], axis=1))
         truth = truth.copy()
         truth[1:, 4:] *= np.cumprod(np.where(signs == 0, 1, signs))[:, None]
-        now = at(truth, self.t)
+        now = interpolated(truth, self.t)
         self.q = now[:, :3]
         S = rotations(now[:, 3:])
-        u = (at(truth, self.t + 0.025)[:, :3] - at(truth, self.t - 0.025)[:, :3]) / 0.05
+        around = [interpolated(truth, self.t + dt)[:, :3] for dt in (-0.025, 0.025)]
+        u = (around[1] - around[0]) / 0.05
         self.velocity = np.linalg.norm(np.einsum("nji,nj->ni", R, v) -
                                        np.einsum("nji,nj->ni", S, u), axis=1)
         cosine = np.clip(np.sum(R[:, 2] * S[:, 2], axis=1), -1.0, 1.0)
@@ -225,8 +213,7 @@ class Flight:
     def frame_of(self, chosen):
         """Yaw [rad] and translation that bring the odometry onto the ground truth."""
         yaw = math.atan2(np.mean(np.sin(self.yaw[chosen])), np.mean(np.cos(self.yaw[chosen])))
-        c, s = math.cos(yaw), math.sin(yaw)
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turn = heading(yaw)
         return yaw, turn, np.mean(self.q[chosen] - self.p[chosen] @ turn.T, axis=0)
 
     def right(self, k):
@@ -469,16 +456,9 @@ def run(bag, config, out, tracker, mode, *words):
     truth = os.path.abspath(bag + ".groundtruth.csv")
     read_truth(truth)
     out = os.path.abspath(out)
-    os.makedirs(out, exist_ok=True)
-    faulted, recorded, own = (os.path.join(out, name) for name in
-                              ("faulted.bag", "recorded.bag", "host.yaml"))
+    own, odometry, log = ab_bag.prepare(out, text, mode)
+    faulted, recorded = (os.path.join(out, name) for name in ("faulted.bag", "recorded.bag"))
     began = inject(bag, faulted, imu_topic, image_topic, events)
-    with open(own, "w", encoding="utf-8") as file:
-        file.write(ab_bag.config_of(text, mode, out))
-    odometry = os.path.join(out, ab_bag.ODOMETRY)
-    if os.path.exists(odometry):
-        os.remove(odometry)  # the host appends
-    log = os.path.join(out, "roslaunch.log")
     with ab_bag.host(config, own, log, tracker, "false") as launch:
         record = None
         try:

@@ -1,7 +1,6 @@
 # Finds every dependency once, for all folders: an imported target lives in the folder that found
 # it, and a static library passes its own on to whoever links it.
 # Differences between package versions end here.
-include(FeatureSummary)
 
 # slim_init_require(<found variable> <what> <Debian package> <switch that does without, or "">)
 function(slim_init_require found what package switch)
@@ -17,14 +16,11 @@ endfunction()
 
 # Eigen 3.3 and later; 3.4 in Debian 12.
 find_package(Eigen3 3.3 QUIET NO_MODULE)
-set_package_properties(Eigen3 PROPERTIES TYPE REQUIRED PURPOSE "linear algebra")
 slim_init_require(Eigen3_FOUND "Eigen >= 3.3" libeigen3-dev "")
 
 if(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
   find_package(SlimInitOpenCV 4.2 QUIET
                COMPONENTS core imgproc calib3d imgcodecs video)
-  set_package_properties(SlimInitOpenCV PROPERTIES TYPE REQUIRED
-                         DESCRIPTION "OpenCV" PURPOSE "feature_tracker_lines")
   slim_init_require(SlimInitOpenCV_FOUND "OpenCV >= 4.2 (core, imgproc, calib3d, imgcodecs, video)"
                     "libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-calib3d-dev"
                     SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
@@ -32,7 +28,6 @@ endif()
 
 if(SLIM_INIT_BUILD_EVALUATION)
   find_package(nlohmann_json 3.7 QUIET)
-  set_package_properties(nlohmann_json PROPERTIES TYPE REQUIRED PURPOSE "evaluation summaries")
   slim_init_require(nlohmann_json_FOUND "nlohmann-json >= 3.7" nlohmann-json3-dev
                     SLIM_INIT_BUILD_EVALUATION)
 endif()
@@ -43,8 +38,6 @@ find_package(Threads REQUIRED QUIET)
 
 if(SLIM_INIT_BUILD_EVALUATION AND SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
   find_package(SlimInitRosbag QUIET)
-  set_package_properties(SlimInitRosbag PROPERTIES TYPE OPTIONAL DESCRIPTION "rosbag of ROS 1"
-                         PURPOSE "reading and writing bags")
   if(NOT SlimInitRosbag_FOUND)
     slim_init_left_out(rosbag "bags in evaluation and simulation; not found: librosbag-storage-dev \
 with libsensor-msgs-dev, or ROS")
@@ -58,8 +51,6 @@ if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_TESTS)
   if(Ceres_VERSION VERSION_LESS 1.14)
     set(Ceres_FOUND FALSE)
   endif()
-  set_package_properties(Ceres PROPERTIES TYPE OPTIONAL
-                         PURPOSE "back end of the evaluation, reference optimizer of the tests")
   if(Ceres_FOUND AND NOT TARGET Ceres::ceres)
     add_library(Ceres::ceres INTERFACE IMPORTED)
     set_target_properties(
@@ -74,7 +65,6 @@ if(SLIM_INIT_BUILD_TESTS)
   # CMake's module rather than GoogleTest's package file: that of 1.10 insists on GoogleMock, which
   # Debian 11 and Ubuntu 20.04 keep in another package. Before CMake 3.20 it said GTest::Main.
   find_package(GTest QUIET MODULE)
-  set_package_properties(GTest PROPERTIES TYPE REQUIRED PURPOSE "test framework")
   slim_init_require(GTest_FOUND "GoogleTest" libgtest-dev SLIM_INIT_BUILD_TESTS)
   if(NOT TARGET GTest::gtest_main)
     add_library(GTest::gtest_main INTERFACE IMPORTED)

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
 #include "slim_init/text.h"
+#include "subcommand.h"
 #ifdef SLIM_INIT_HAS_BACKEND
 #include "slim_init/backend/downstream.h"
 #endif
@@ -93,7 +95,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
 /// are read.
 void prepare(AbOptions* options) {
   if (options->hasFile()) readConfiguration(options);
-  check(checkAbOptions(options));
+  checkAbOptions(options);
 #ifndef SLIM_INIT_HAS_BACKEND
   if (options->downstream_s > 0.0) {
     check(
@@ -112,7 +114,6 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   protocol.first_keyframes = options.first_keyframes;
   protocol.threads = options.threads;
   protocol.rig = options.rig;
-  protocol.shows_calibration = options.hasRigErrors();
   setDownstream(options, &protocol);
   return protocol;
 }
@@ -151,8 +152,6 @@ AbRun runOnce(const AbOptions& options) {
   return run;
 }
 
-}  // namespace
-
 int runAb(AbOptions options) {
   prepare(&options);
   const AbRun run = runOnce(options);
@@ -175,6 +174,18 @@ int runAb(AbOptions options) {
               << (fs::path(options.out) / name).string() << "\n";
   }
   return kExitOk;
+}
+
+}  // namespace
+
+Subcommand abSubcommand() {
+  const auto options = std::make_shared<AbOptions>();
+  return {"ab", "Compare initializers on identical windows", abOptionTable(options.get()),
+          [options](const Typed& typed) {
+            options->command = typed.command;
+            options->given = typed.options;
+            return runAb(*options);
+          }};
 }
 
 }  // namespace slim_init::tools

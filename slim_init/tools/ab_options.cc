@@ -9,6 +9,7 @@
 #include <sstream>
 #include <type_traits>
 
+#include "exit_code.h"
 #include "methods.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/text.h"
@@ -67,41 +68,37 @@ constexpr int kMaxKeyframes = 15;
 constexpr std::pair<const char*, GateMode> kGateModes[] = {
     {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
 
-std::string checkMethods(AbOptions* options) {
-  if (options->methods.empty()) {
-    options->method_names = methodNames();
-    return "";
-  }
+void checkMethods(AbOptions* options) {
+  options->method_names = methodNames();
+  if (options->methods.empty()) return;
   options->method_names.clear();
   std::istringstream list(options->methods + ",");
   for (std::string name; std::getline(list, name, ',');) {
     if (!contains(methodNames(), name)) {
-      return "--methods names '" + name + "', must be one of: " + join(methodNames());
+      check("--methods names '" + name + "', must be one of: " + join(methodNames()));
     }
-    if (contains(options->method_names, name)) return "--methods names '" + name + "' twice";
+    if (contains(options->method_names, name)) check("--methods names '" + name + "' twice");
     options->method_names.push_back(name);
   }
-  return "";
 }
 
 bool typed(const AbOptions& options, const char* name) { return options.given.count(name) > 0; }
 
 /// "10", or "4..15" for expanding windows.
-std::string checkKeyframes(AbOptions* options) {
+void checkKeyframes(AbOptions* options) {
   const auto read = [](const std::string& text, int* value) {
     const AbOption range = {"keyframes", value, "", "", "", kMinKeyframes, kMaxKeyframes};
-    return setOption(range, text);
+    check(setOption(range, text));
   };
   options->first_keyframes = 0;
   const std::string& text = options->keyframes_text;
   const std::size_t dots = text.find("..");
   if (dots == std::string::npos) return read(text, &options->keyframes);
-  std::string sentence = read(text.substr(0, dots), &options->first_keyframes);
-  if (sentence.empty()) sentence = read(text.substr(dots + 2), &options->keyframes);
-  if (sentence.empty() && options->first_keyframes >= options->keyframes) {
-    sentence = "--keyframes: '" + text + "' must expand, as 4..15 does";
+  read(text.substr(0, dots), &options->first_keyframes);
+  read(text.substr(dots + 2), &options->keyframes);
+  if (options->first_keyframes >= options->keyframes) {
+    check("--keyframes: '" + text + "' must expand, as 4..15 does");
   }
-  return sentence;
 }
 
 /// The file a value of the methods' options came from.
@@ -112,7 +109,7 @@ std::string fileOfOptions(const AbOptions& options) {
 
 /// Keyframes of a window. What was not typed is as in the options, those of a file included;
 /// windows of one size are the paper's.
-std::string mergeWindow(AbOptions* options) {
+void mergeWindow(AbOptions* options) {
   AbOptions& o = *options;
   WindowOptions& window = o.initializer.window;
   const bool typed_keyframes = typed(o, "keyframes");
@@ -124,11 +121,10 @@ std::string mergeWindow(AbOptions* options) {
   }
   // The bounds of the options are wider.
   if (!typed_keyframes && (window.keyframes < kMinKeyframes || window.keyframes > kMaxKeyframes)) {
-    return fileOfOptions(o) + ": slim_init.window.keyframes is " +
-           std::to_string(window.keyframes) + ", must be a whole number in [" +
-           std::to_string(kMinKeyframes) + ", " + std::to_string(kMaxKeyframes) + "]";
+    check(text(fileOfOptions(o), ": slim_init.window.keyframes is ", window.keyframes,
+               ", must be a whole number in [", kMinKeyframes, ", ", kMaxKeyframes, "]"));
   }
-  if (std::string sentence = checkKeyframes(options); !sentence.empty()) return sentence;
+  checkKeyframes(options);
   const bool growing = o.first_keyframes > 0;
   if (!growing && typed_keyframes) {
     window.min_interval_s = evaluation::paperWindow().min_interval_s;
@@ -138,13 +134,12 @@ std::string mergeWindow(AbOptions* options) {
   window.min_keyframes = growing ? o.first_keyframes : o.keyframes;
   // The window that the options were made for may be short; the protocol keeps what it needs.
   window.buffer_s = std::max(window.buffer_s, 2.0 * window.fullSpan() + 1.0);
-  return "";
 }
 
 /// Where --keyframes and --gates were not typed, the file's values become theirs, for the report.
-std::string mergeFile(AbOptions* options) {
+void mergeFile(AbOptions* options) {
   AbOptions& o = *options;
-  if (std::string sentence = mergeWindow(options); !sentence.empty()) return sentence;
+  mergeWindow(options);
   if (!typed(o, "gates") && (!o.hasFile() || o.initializer.gates.mode == GateMode::kOwn)) {
     o.gates = o.first_keyframes > 0 ? "on" : "own";
   }
@@ -153,11 +148,10 @@ std::string mergeFile(AbOptions* options) {
     if (from_file && o.initializer.gates.mode == mode) o.gates = name;
     if (!from_file && o.gates == name) o.initializer.gates.mode = mode;
   }
-  return "";
 }
 
 /// Exactly one source, and nothing that has no effect with it.
-std::string checkSource(const AbOptions& options) {
+void checkSource(const AbOptions& options) {
   AbOptions o = options;  // the table binds to fields that can be written
   std::vector<std::string> sources;
   for (const auto& [name, value] :
@@ -166,35 +160,26 @@ std::string checkSource(const AbOptions& options) {
     if (!value.empty()) sources.emplace_back(name);
   }
   if (sources.empty()) {
-    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed";
+    check("one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed");
   }
-  if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
+  if (sources.size() > 1) check(sources[0] + " and " + sources[1] + " exclude each other");
   for (const AbOption& option : abOptionTable(&o)) {
     if (!typed(o, option.name.c_str())) continue;
     // A seed is that of the rig's errors as well.
     if (option.name == "seed" && o.rig.any()) continue;
     if (o.hasImages() && option.scope == OptionScope::kSimulatedFeatures) {
-      return "--" + option.name + " has no effect with " + sources[0];
+      check("--" + option.name + " has no effect with " + sources[0]);
     }
   }
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
-    return "--random-rig has no effect without --td-error or --extrinsic-error";
+    check("--random-rig has no effect without --td-error or --extrinsic-error");
   }
   if (!o.bag.empty() && o.config_file.empty()) {
-    return "--bag needs --config YAML, which holds the calibration and names the topics";
+    check("--bag needs --config YAML, which holds the calibration and names the topics");
   }
-  return "";
 }
 
 }  // namespace
-
-bool AbOptions::hasRigErrors() const {
-  AbOptions copy = *this;  // the table binds to fields that can be written
-  for (const AbOption& option : abOptionTable(&copy)) {
-    if (option.scope == OptionScope::kRig && given.count(option.name) > 0) return true;
-  }
-  return false;
-}
 
 void AbOptions::setReadout(Calibration* calibration) const {
   if (given.count("readout") > 0) calibration->readout_s = readout_s;
@@ -291,16 +276,16 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        0.05, kRig},
       {"imu-dropout", &o.rig.imu_dropout, "X", "Fraction of the IMU samples that are missing",
        "imu_dropout", 0.0, 0.9, kRig},
-      {"out", &o.out, "DIR", "Folder for the data and the report", ""},
+      {"out", &o.out, "DIR", "Folder for the data and the report"},
       {"ablation", &o.ablation, "",
-       "Run the chosen methods also with one ingredient changed at a time", ""},
+       "Run the chosen methods also with one ingredient changed at a time"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},
       {"report", &o.report, "MODE",
        "report.md and report.html; auto: if python3 has pandas, matplotlib and jinja2", "", 0.0,
        0.0, OptionScope::kAlways, reports},
-      {"quiet", &o.quiet, "", "No progress bar and no table", ""},
+      {"quiet", &o.quiet, "", "No progress bar and no table"},
   };
 }
 
@@ -345,17 +330,17 @@ std::string rangeText(const AbOption& option) {
       option.field);
 }
 
-std::string checkAbOptions(AbOptions* options) {
+void checkAbOptions(AbOptions* options) {
   AbOptions& o = *options;
-  if (std::string sentence = checkSource(o); !sentence.empty()) return sentence;
+  checkSource(o);
   simulation::parseWorldKind(o.world, &o.world_kind);
-  if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
+  mergeFile(options);
   if (o.first_keyframes > 0 && o.gates == "off") {
-    return "--gates off: no method would wait for its window to expand (--keyframes " +
-           o.keyframes_text + "); --keyframes 10 has windows of one size";
+    check("--gates off: no method would wait for its window to expand (--keyframes " +
+          o.keyframes_text + "); --keyframes 10 has windows of one size");
   }
   o.rig.seed = o.seed;
-  return checkMethods(options);
+  checkMethods(options);
 }
 
 NamedValues describeAbOptions(const AbOptions& options) {

@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "slim_init/baselines/options.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/rig_errors.h"
@@ -56,8 +55,6 @@ struct AbOptions {
 
   /// The features come from pixels.
   bool hasImages() const { return !asl.empty() || !bag.empty(); }
-  /// An option on the rig was typed: what is found of the calibration is shown.
-  bool hasRigErrors() const;
   /// The camera's readout time [s] in place of that of the calibration, where it was typed.
   void setReadout(Calibration* calibration) const;
   /// A file brought options of the methods.
@@ -79,7 +76,6 @@ struct AbOptions {
   simulation::WorldKind world_kind = simulation::WorldKind::kRoom;
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
-  baselines::BaselineOptions baselines;
   CalibrationSigmas sigmas;    ///< of the rig that the methods are given
   double sigma_px = 0.0;       ///< Calibration::sigma_px of it
   double sigma_line_px = 0.0;  ///< the same
@@ -96,10 +92,10 @@ enum class OptionScope {
 struct AbOption {
   std::string name;                                                   ///< without the dashes
   std::variant<bool*, std::string*, int*, unsigned*, double*> field;  ///< bool: takes no value
-  std::string value_name;  ///< what stands for the value in the help
-  std::string help;        ///< with the unit
-  std::string report_key;  ///< empty: does not bear on the result
-  double min = 0.0;        ///< of a number, inclusive
+  std::string value_name;       ///< what stands for the value in the help
+  std::string help;             ///< with the unit
+  std::string report_key = {};  ///< empty: does not bear on the result
+  double min = 0.0;             ///< of a number, inclusive
   double max = 0.0;
   OptionScope scope = OptionScope::kAlways;
   std::vector<std::string> choices = {};  ///< of a text; empty: any but an empty one
@@ -130,15 +126,11 @@ std::string rangeText(const AbOption& option);
 void readConfiguration(AbOptions* options);
 
 /// Merges file and command line, checks what a single option cannot know (exactly one source,
-/// names), and fills the last fields. Returns an empty string, or a sentence naming the
-/// option, its value and what is allowed.
-std::string checkAbOptions(AbOptions* options);
+/// names), and fills the last fields. Throws a Failure naming the option, its value and what is
+/// allowed.
+void checkAbOptions(AbOptions* options);
 
 /// The options by name, for the report.
 NamedValues describeAbOptions(const AbOptions& options);
-
-/// `slim_init ab`: load or simulate a sequence, run every method on its windows, report. Returns
-/// the exit code.
-int runAb(AbOptions options);
 
 }  // namespace slim_init::tools

@@ -86,12 +86,12 @@ std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& l
 std::vector<Method> makeMethods(const AbOptions& options) {
   std::vector<Method> methods;
   for (const std::string& name : options.method_names) {
-    methods.push_back({make(name, "", options.initializer, options.baselines), ""});
+    methods.push_back({make(name, "", options.initializer, BaselineOptions()), ""});
     if (!options.ablation) continue;
     for (const Variant& variant : kVariants) {
       if (name != variant.method) continue;
       InitializerOptions changed = options.initializer;
-      BaselineOptions changed_baselines = options.baselines;
+      BaselineOptions changed_baselines;
       variant.change(&changed, &changed_baselines);
       const std::string label = name + "[" + variant.name + "]";
       methods.push_back({std::make_unique<NamedSolver>(

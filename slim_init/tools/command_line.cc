@@ -9,9 +9,9 @@
 #include <sstream>
 #include <utility>
 
-#include "methods.h"
 #include "python_report.h"
 #include "slim_init/text.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 namespace {
@@ -20,38 +20,16 @@ namespace po = boost::program_options;
 
 constexpr unsigned kHelpWidth = 100;
 
-using Line = CommandLine;
-using Table = std::vector<AbOption>;
-
-struct Subcommand {
-  const char* name;
-  const char* help;
-  /// Bound to the fields of a line, whose values are the defaults that the help shows; null: the
-  /// arguments are handed on as they are.
-  Table (*options)(Line* line);
-  int (*run)(const Line& line);
-};
-const Subcommand kSubcommands[] = {
-    {"demo", "Compare slim, vins and openvins on a built-in motion, as recorded and miscalibrated",
-     [](Line* line) { return demoOptionTable(&line->demo); },
-     [](const Line& line) { return runDemo(line.demo); }},
-    {"ab", "Compare initializers on identical windows",
-     [](Line* line) { return abOptionTable(&line->ab); },
-     [](const Line& line) { return runAb(line.ab); }},
-    {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
-     [](Line* line) { return simulateOptionTable(&line->simulate); },
-     [](const Line& line) { return runSimulate(line.simulate); }},
-    {"doctor", "Check a recording and its configuration: why does it not initialize?",
-     [](Line* line) { return doctorOptionTable(&line->doctor); },
-     [](const Line& line) { return runDoctor(line.doctor); }},
-    {"report", "Tables, pictures and HTML from the folders of one or several runs of ab", nullptr,
-     [](const Line& line) { return runReport(line.report); }},
-    {"methods", "List the methods with a line each", [](Line* /*line*/) { return Table(); },
-     [](const Line& /*line*/) { return runMethods(); }},
-    {"options", "List the keys of configuration files",
-     [](Line* line) { return optionsOptionTable(&line->options); },
-     [](const Line& line) { return runOptions(line.options); }},
-};
+std::vector<Subcommand> subcommands() {
+  return {
+      demoSubcommand(),
+      abSubcommand(),
+      simulateSubcommand(),
+      doctorSubcommand(),
+      {"report", "Tables, pictures and HTML from the folders of one or several runs of ab", {}, {}},
+      methodsSubcommand(),
+      optionsSubcommand()};
+}
 
 /// The words as one would type them in a shell, quoted where that is needed.
 std::string shellLine(const std::vector<std::string>& words) {
@@ -111,7 +89,7 @@ std::string programHelp() {
   out << "Drop-in visual-inertial initialization: evaluation tools\n"
       << "Usage: slim_init [OPTION] SUBCOMMAND [OPTION]...\n\n"
       << programSyntax().options << "\nSubcommands:\n";
-  for (const Subcommand& subcommand : kSubcommands) {
+  for (const Subcommand& subcommand : subcommands()) {
     std::string name = subcommand.name;
     name.resize(10, ' ');
     out << "  " << name << subcommand.help << "\n";
@@ -195,39 +173,35 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     return "";
   }
 
+  const std::vector<Subcommand> all = subcommands();
   std::string known;
-  for (const Subcommand& candidate : kSubcommands) {
-    known += (known.empty() ? "" : ", ") + std::string(candidate.name);
-  }
+  for (const Subcommand& one : all) known += (known.empty() ? "" : ", ") + one.name;
   if (word == arguments.end()) return "a subcommand is needed: " + known;
-  const auto* subcommand =
-      std::find_if(std::begin(kSubcommands), std::end(kSubcommands),
-                   [&word](const Subcommand& candidate) { return *word == candidate.name; });
-  if (subcommand == std::end(kSubcommands)) {
+  const auto subcommand = std::find_if(
+      all.begin(), all.end(), [&word](const Subcommand& one) { return *word == one.name; });
+  if (subcommand == all.end()) {
     return "'" + *word + "' is not a subcommand, must be one of: " + known;
   }
 
   const std::vector<std::string> after(word + 1, arguments.end());
-  if (subcommand->options == nullptr) {
-    line->report = after;
-    line->run = subcommand->run;
+  if (subcommand->run == nullptr) {  // the Python package reads the arguments
+    line->run = [after] { return runReport(after); };
     return "";
   }
-  const Table table = subcommand->options(line);
-  const Syntax syntax = tableSyntax("slim_init " + std::string(subcommand->name), table);
+  const Syntax syntax = tableSyntax("slim_init " + subcommand->name, subcommand->options);
   given.clear();
   if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
   if (has(given, "help")) {
     line->text = helpText(syntax, subcommand->help);
     return "";
   }
-  line->run = subcommand->run;
   // For the report of `ab`: the run can be repeated by copying the line.
   std::vector<std::string> words = {"slim_init"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  line->ab.command = shellLine(words);
-  for (const auto& option : given) line->ab.given.insert(option.first);
-  return setOptions(given, table);
+  Typed typed = {shellLine(words), {}};
+  for (const auto& option : given) typed.options.insert(option.first);
+  line->run = [run = subcommand->run, typed] { return run(typed); };
+  return setOptions(given, subcommand->options);
 }
 
 }  // namespace slim_init::tools

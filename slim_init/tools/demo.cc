@@ -1,18 +1,26 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "demo.h"
-
 #include <filesystem>
 #include <iostream>
+#include <memory>
 
 #include "command_line.h"
 #include "exit_code.h"
 #include "methods.h"
 #include "python_report.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 namespace {
 
 using Words = std::vector<std::string>;
+
+/// The command line of `slim_init demo`.
+struct DemoCommand {
+  std::string asl;                     ///< recording with images; empty: the built-in one, features
+  std::string out = "slim_init_demo";  ///< folder of page and data
+  int stride = 0;                      ///< images between two starts; 0: as it suits the recording
+  bool quiet = false;
+};
 
 /// A calibration as of a home-made rig: stamps, mounting and IMU of the cheapest kind.
 const Words kHomeMade = {"--td-error", "0.02", "--extrinsic-error", "2",
@@ -47,21 +55,7 @@ int compare(Words words, const DemoCommand& command, const std::string& out) {
     std::cerr << "slim_init: demo: " << error << "\n";
     return kExitInternal;
   }
-  return runAb(line.ab);
-}
-
-}  // namespace
-
-std::vector<AbOption> demoOptionTable(DemoCommand* command) {
-  DemoCommand& c = *command;
-  return {
-      {"asl", &c.asl, "DIR",
-       "Recording with images in ASL layout (default: simulated features of a built-in motion)",
-       ""},
-      {"out", &c.out, "DIR", "Folder for the page and the data", ""},
-      {"stride", &c.stride, "N", "Images between two starts (0: 10, with images 8)", "", 0, 100000},
-      {"quiet", &c.quiet, "", "No progress bars and no tables", ""},
-  };
+  return line.run();
 }
 
 int runDemo(const DemoCommand& command) {
@@ -76,6 +70,23 @@ int runDemo(const DemoCommand& command) {
   if (!page.message.empty()) std::cerr << "slim_init: demo: " << page.message << "\n";
   if (page.written) std::cout << "Page: " << (out / "report.html").string() << "\n";
   return page.code;
+}
+
+}  // namespace
+
+Subcommand demoSubcommand() {
+  const auto command = std::make_shared<DemoCommand>();
+  DemoCommand& c = *command;
+  const std::vector<AbOption> table = {
+      {"asl", &c.asl, "DIR",
+       "Recording with images in ASL layout (default: simulated features of a built-in motion)"},
+      {"out", &c.out, "DIR", "Folder for the page and the data"},
+      {"stride", &c.stride, "N", "Images between two starts (0: 10, with images 8)", "", 0, 100000},
+      {"quiet", &c.quiet, "", "No progress bars and no tables"},
+  };
+  return {"demo",
+          "Compare slim, vins and openvins on a built-in motion, as recorded and miscalibrated",
+          table, [command](const Typed& /*typed*/) { return runDemo(*command); }};
 }
 
 }  // namespace slim_init::tools

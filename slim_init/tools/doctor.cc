@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "doctor.h"
-
 #include <unistd.h>
 
 #include <cstdlib>
@@ -16,28 +14,22 @@
 #include "slim_init/config/config.h"
 #include "slim_init/doctor/doctor_images.h"
 #include "slim_init/evaluation/write_file.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 
-std::vector<AbOption> doctorOptionTable(DoctorCommand* command) {
-  DoctorCommand& c = *command;
-  return {
-      {"asl", &c.asl, "DIR", "Recording in ASL layout", ""},
-      {"bag", &c.bag, "FILE",
-       "Recording as a bag; topics are imu_topic and image_topic of --config", ""},
-      {"config", &c.config_file, "FILE",
-       "The host's YAML file, to be checked; needed with --bag (default with --asl: the "
-       "sensor.yaml files beside the data)",
-       ""},
-      {"options", &c.options_file, "FILE",
-       "YAML file whose section slim_init: takes precedence over --config's", ""},
-      {"limit", &c.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
-      {"json", &c.json, "FILE", "Write the findings here as well, for machines", ""},
-      {"quiet", &c.quiet, "", "No progress bar and no table", ""},
-  };
-}
-
 namespace {
+
+/// The command line of `slim_init doctor`. Exactly one of `asl` and `bag` is given.
+struct DoctorCommand {
+  std::string asl;           ///< folder of the recording
+  std::string bag;           ///< file of the recording
+  std::string config_file;   ///< the host's configuration; empty: sensor.yaml beside the data
+  std::string options_file;  ///< YAML with a section `slim_init:`; empty: that of the configuration
+  int limit = 0;             ///< images; 0: all
+  std::string json;          ///< file; empty: none
+  bool quiet = false;
+};
 
 int examineRecording(const DoctorCommand& command) {
   if (command.asl.empty() == command.bag.empty()) check("give one of --asl DIR and --bag FILE");
@@ -89,12 +81,30 @@ int examineRecording(const DoctorCommand& command) {
 
 }  // namespace
 
-int runDoctor(const DoctorCommand& command) {
-  try {
-    return examineRecording(command);
-  } catch (const std::exception& problem) {
-    throw Failure(kExitBadInput, problem.what());
-  }
+Subcommand doctorSubcommand() {
+  const auto command = std::make_shared<DoctorCommand>();
+  DoctorCommand& c = *command;
+  const std::vector<AbOption> table = {
+      {"asl", &c.asl, "DIR", "Recording in ASL layout"},
+      {"bag", &c.bag, "FILE",
+       "Recording as a bag; topics are imu_topic and image_topic of --config"},
+      {"config", &c.config_file, "FILE",
+       "The host's YAML file, to be checked; needed with --bag (default with --asl: the "
+       "sensor.yaml files beside the data)"},
+      {"options", &c.options_file, "FILE",
+       "YAML file whose section slim_init: takes precedence over --config's"},
+      {"limit", &c.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
+      {"json", &c.json, "FILE", "Write the findings here as well, for machines"},
+      {"quiet", &c.quiet, "", "No progress bar and no table"},
+  };
+  return {"doctor", "Check a recording and its configuration: why does it not initialize?", table,
+          [command](const Typed& /*typed*/) {
+            try {
+              return examineRecording(*command);
+            } catch (const std::exception& problem) {
+              throw Failure(kExitBadInput, problem.what());
+            }
+          }};
 }
 
 }  // namespace slim_init::tools

@@ -22,7 +22,7 @@ int run(int argc, char** argv) {
               << "Run with --help for the options.\n";
     return kExitBadInput;
   }
-  if (line.run != nullptr) return line.run(line);
+  if (line.run != nullptr) return line.run();
   std::cout << line.text;
   return kExitOk;
 }

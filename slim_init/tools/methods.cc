@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "exit_code.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 
@@ -28,11 +29,14 @@ std::unique_ptr<WindowSolver> makeKnownMethod(const std::string& name,
   return baselines::makeMethod(name, options, baseline_options, error, knownMethods());
 }
 
-int runMethods() {
-  for (const baselines::Method& method : knownMethods()) {
-    std::cout << "  " << std::left << std::setw(12) << method.name << method.description << "\n";
-  }
-  return kExitOk;
+Subcommand methodsSubcommand() {
+  return {"methods", "List the methods with a line each", {}, [](const Typed& /*typed*/) {
+            for (const baselines::Method& method : knownMethods()) {
+              std::cout << "  " << std::left << std::setw(12) << method.name << method.description
+                        << "\n";
+            }
+            return static_cast<int>(kExitOk);
+          }};
 }
 
 }  // namespace slim_init::tools

@@ -22,7 +22,4 @@ std::unique_ptr<WindowSolver> makeKnownMethod(
     const std::string& name, const InitializerOptions& options,
     const baselines::BaselineOptions& baseline_options = {}, std::string* error = nullptr);
 
-/// `slim_init methods`: prints every method with a line on what it is. Returns the exit code.
-int runMethods();
-
 }  // namespace slim_init::tools

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "exit_code.h"
-#include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/text.h"
@@ -29,21 +28,13 @@ std::string settleBiases(bool has_bias, const std::string& source,
 }
 
 Motion recordedMotion(const std::string& folder, double max_imu_gap_s) {
-  evaluation::RecordedMotion recorded;
-  check(evaluation::readRecordedMotion(folder, max_imu_gap_s, &recorded).message);
   Motion motion;
-  motion.name = recorded.name;
-  motion.t0_ns = recorded.t0_ns;
-  motion.notes = recorded.notes;
-  motion.image_times = recorded.image_times;
-  motion.speeds = std::move(recorded.speeds);
-  motion.gyro_bias_truth = settleBiases(recorded.has_velocity_and_bias, folder + ": ", recorded.imu,
-                                        &recorded.truth, &motion.notes);
+  check(evaluation::readRecordedMotion(folder, max_imu_gap_s, &motion).message);
+  motion.gyro_bias_truth = settleBiases(motion.has_velocity_and_bias, folder + ": ", motion.imu,
+                                        &motion.truth, &motion.notes);
   std::string error;
-  motion.trajectory = simulation::makeSampledTrajectory(recorded.truth, &error);
+  motion.trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
   check(error, folder + ": groundtruth.csv: ");
-  motion.imu = std::move(recorded.imu);
-  motion.truth = std::move(recorded.truth);
   return motion;
 }
 

@@ -4,27 +4,21 @@
 // `simulate`.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "slim_init/evaluation/recorded.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/types.h"
 
 namespace slim_init::tools {
 
-/// All times relative to t0_ns [s], all lists ascending.
-struct Motion {
-  std::string name;
-  std::int64_t t0_ns = 0;
+/// A fitted gyro bias has no accelerometer bias beside it in the ground truth: NaN. Images that the
+/// trajectory does not cover may be among the image times (camera clock) until discardUncovered().
+struct Motion : evaluation::RecordedMotion {
   std::unique_ptr<simulation::Trajectory> trajectory;  ///< of the body, IMU clock
-  std::vector<double> image_times;                     ///< camera clock
-  std::vector<ImuSample> imu;
-  std::vector<SpeedSample> speeds;
-  std::vector<NavState> truth;     ///< a fitted gyro bias has no accelerometer bias beside it: NaN
-  std::string gyro_bias_truth;     ///< "recorded", "fitted" or "simulated"
-  std::vector<std::string> notes;  ///< one message each
+  std::string gyro_bias_truth;                         ///< "recorded", "fitted" or "simulated"
 };
 
 /// Without biases in a recorded ground truth one gyroscope bias is fitted to `imu` and noted.

@@ -1,40 +1,25 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "options.h"
-
 #include <iostream>
+#include <memory>
 #include <utility>
 
 #include "exit_code.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/write_file.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 
-std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
-  OptionsCommand& o = *options;
-  return {
-      {"keys",
-       &o.keys,
-       "WHICH",
-       "Keys to print",
-       "",
-       0.0,
-       0.0,
-       OptionScope::kAlways,
-       {"user", "advanced", "compared", "all"}},
-      {"update", &o.update, "DIR",
-       "Write config/template.yaml, user.yaml, advanced.yaml and compared_methods.yaml of the "
-       "repository DIR",
-       ""},
-  };
-}
-
 namespace {
 
-constexpr std::pair<const char*, OptionKeys> kGroups[] = {{"user", OptionKeys::kUser},
-                                                          {"advanced", OptionKeys::kAdvanced},
-                                                          {"compared", OptionKeys::kCompared},
-                                                          {"all", OptionKeys::kAll}};
+/// What `slim_init options` prints or writes.
+struct OptionsCommand {
+  std::string keys = "user";  ///< user, advanced or all
+  std::string update;         ///< repository whose generated files are written; "" prints
+};
+
+constexpr std::pair<const char*, OptionKeys> kGroups[] = {
+    {"user", OptionKeys::kUser}, {"advanced", OptionKeys::kAdvanced}, {"all", OptionKeys::kAll}};
 
 int update(const std::string& folder) {
   for (const GeneratedFile& file : generatedFiles()) {
@@ -45,14 +30,34 @@ int update(const std::string& folder) {
   return kExitOk;
 }
 
-}  // namespace
-
 int runOptions(const OptionsCommand& options) {
   if (!options.update.empty()) return update(options.update);
   for (const auto& [name, keys] : kGroups) {
     if (options.keys == name) std::cout << optionsYaml(keys);
   }
   return kExitOk;
+}
+
+}  // namespace
+
+Subcommand optionsSubcommand() {
+  const auto options = std::make_shared<OptionsCommand>();
+  OptionsCommand& o = *options;
+  const std::vector<AbOption> table = {
+      {"keys",
+       &o.keys,
+       "WHICH",
+       "Keys to print",
+       "",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"user", "advanced", "all"}},
+      {"update", &o.update, "DIR",
+       "Write config/template.yaml, user.yaml and advanced.yaml of the repository DIR"},
+  };
+  return {"options", "List the keys of configuration files", table,
+          [options](const Typed& /*typed*/) { return runOptions(*options); }};
 }
 
 }  // namespace slim_init::tools

@@ -60,7 +60,6 @@ void readConfiguration(AbOptions* options) {
   }
   o.file_notes = notesFor(config, o.methods);
   o.initializer = config.options;
-  o.baselines = config.baselines;
   o.sigmas = config.calibration.sigmas;
   o.sigma_px = config.calibration.sigma_px;
   o.sigma_line_px = config.calibration.sigma_line_px;

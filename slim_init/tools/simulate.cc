@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "simulate.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -27,11 +25,37 @@
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/text.h"
+#include "subcommand.h"
 
 namespace slim_init::tools {
 namespace {
 
 using feature_tracker_lines::CameraParameters;
+
+/// The command line of `slim_init simulate`.
+struct SimulateOptions {
+  std::string csv;       ///< file of poses; one of these three
+  std::string builtin;   ///< name of a motion
+  std::string recorded;  ///< folder with real IMU data and image times
+  std::string scene = "room";
+  double start_s = 0.0;     ///< from the first image that could be rendered
+  double duration_s = 0.0;  ///< of the images; 0: to the end of the motion, 20 s of a built-in one
+  std::string config;       ///< YAML with camera and extrinsic; empty: EuRoC's cam0
+  double image_scale = 1.0;
+  double rate_hz = 20.0;  ///< of images where the motion has no image times of its own
+  double speed = -1.0;    ///< noise of written speeds, as a fraction; below zero: none are written
+  double imu_rate_hz = 200.0;  ///< where the IMU is simulated
+  double read_noise = 1.5;
+  double shot_noise = 0.04;
+  double motion_blur_ms = 0.0;
+  double readout_s = 0.0;  ///< rolling shutter; 0: that of `config`
+  int threads = 1;
+  unsigned seed = 1;
+  std::string povray = "povray";
+  std::string out = "out/simulate";
+  std::string bag;  ///< file; empty: none
+  bool quiet = false;
+};
 
 constexpr std::int64_t kBuiltinT0Ns = 1400000000000000000;  // a stamp that ros::Time can hold
 constexpr double kBuiltinDuration = 20.0;                   // [s]
@@ -326,59 +350,6 @@ void printResult(const SimulateOptions& options, const Setup& setup, double seco
                            " s per image\n");
 }
 
-}  // namespace
-
-std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
-  SimulateOptions& o = *options;
-  constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
-  return {
-      {"csv", &o.csv, "FILE",
-       "Motion from poses: stamp [ns], position [m], quaternion w x y z of the body, as in EuRoC's "
-       "ground truth; the IMU is simulated",
-       ""},
-      {"builtin", &o.builtin, "NAME", "Built-in motion; the IMU is simulated", "", 0.0, 0.0,
-       OptionScope::kAlways, simulation::builtinTrajectoryNames()},
-      {"recorded", &o.recorded, "DIR",
-       "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
-       "image times are kept",
-       ""},
-      {"scene", &o.scene, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
-       simulation::sceneNames()},
-      {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
-      {"duration", &o.duration_s, "X",
-       "Length of the images [s]; 0: to the end of the motion, 20 s of a built-in one", "", 0.0,
-       1e6},
-      {"config", &o.config, "FILE",
-       "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)", ""},
-      {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
-       0.05, 4.0},
-      {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
-      {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
-       4000.0},
-      {"speed", &o.speed, "X",
-       "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
-       "/speed0",
-       "", 0.0, 1.0},
-      {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
-       0.0, 100.0},
-      {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
-       100.0},
-      {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
-       "", 0.0, 1000.0},
-      {"readout", &o.readout_s, "X",
-       "Rolling shutter: time from the first row to the last, the stamp being that of the middle "
-       "row [s]; 0: that of --config",
-       "", 0.0, 0.1},
-      {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
-      {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
-       kMaxSeed},
-      {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path", ""},
-      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0", ""},
-      {"bag", &o.bag, "FILE", "Write a rosbag as well", ""},
-      {"quiet", &o.quiet, "", "No progress bar and no summary", ""},
-  };
-}
-
 int runSimulate(const SimulateOptions& options) {
   checkOptions(options);
   const Setup setup = prepare(options);
@@ -403,6 +374,62 @@ int runSimulate(const SimulateOptions& options) {
     printResult(options, setup, elapsed.count());
   }
   return kExitOk;
+}
+
+}  // namespace
+
+Subcommand simulateSubcommand() {
+  const auto options = std::make_shared<SimulateOptions>();
+  SimulateOptions& o = *options;
+  constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
+  const std::vector<AbOption> table = {
+      {"csv", &o.csv, "FILE",
+       "Motion from poses: stamp [ns], position [m], quaternion w x y z of the body, as in "
+       "EuRoC's "
+       "ground truth; the IMU is simulated"},
+      {"builtin", &o.builtin, "NAME", "Built-in motion; the IMU is simulated", "", 0.0, 0.0,
+       OptionScope::kAlways, simulation::builtinTrajectoryNames()},
+      {"recorded", &o.recorded, "DIR",
+       "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
+       "image times are kept"},
+      {"scene", &o.scene, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
+       simulation::sceneNames()},
+      {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
+      {"duration", &o.duration_s, "X",
+       "Length of the images [s]; 0: to the end of the motion, 20 s of a built-in one", "", 0.0,
+       1e6},
+      {"config", &o.config, "FILE",
+       "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)"},
+      {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
+       0.05, 4.0},
+      {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
+      {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
+       4000.0},
+      {"speed", &o.speed, "X",
+       "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
+       "/speed0",
+       "", 0.0, 1.0},
+      {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
+       0.0, 100.0},
+      {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
+       100.0},
+      {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
+       "", 0.0, 1000.0},
+      {"readout", &o.readout_s, "X",
+       "Rolling shutter: time from the first row to the last, the stamp being that of the "
+       "middle "
+       "row [s]; 0: that of --config",
+       "", 0.0, 0.1},
+      {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
+      {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
+       kMaxSeed},
+      {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path"},
+      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0"},
+      {"bag", &o.bag, "FILE", "Write a rosbag as well"},
+      {"quiet", &o.quiet, "", "No progress bar and no summary"},
+  };
+  return {"simulate", "Render a motion through a scene: images, IMU data, ground truth", table,
+          [options](const Typed& /*typed*/) { return runSimulate(*options); }};
 }
 
 }  // namespace slim_init::tools

@@ -95,7 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Motions, Estimator, ::testing::Values("figure-eight", "
 
 TEST(EstimatorInput, DropsAndCounts) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
-  SlidingWindowEstimator estimator(sequence.calibration);
+  const auto made = SlidingWindowEstimator::make(sequence.calibration);
+  SlidingWindowEstimator& estimator = *made;
   EXPECT_FALSE(estimator.addFrame(sequence.frames[3]).ok());  // no IMU yet
   for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
   estimator.addImu(sequence.imu[5]);
@@ -121,7 +122,8 @@ TEST(EstimatorInput, DropsAndCounts) {
 TEST(EstimatorInput, ReplacesSamples) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
   const auto newest = [&sequence](bool damaged, bool replaced) {
-    SlidingWindowEstimator estimator(sequence.calibration);
+    const auto made = SlidingWindowEstimator::make(sequence.calibration);
+    SlidingWindowEstimator& estimator = *made;
     std::vector<ImuSample> right;
     for (ImuSample sample : sequence.imu) {
       if (sample.t > 0.92 && sample.t < 0.96) {
@@ -146,7 +148,8 @@ TEST(EstimatorInput, ReplacesSamples) {
 
 TEST(EstimatorInput, TheWindowIsBounded) {
   const Sequence sequence = sequenceOf("hover", 1, 6.0);
-  SlidingWindowEstimator estimator(sequence.calibration);
+  const auto made = SlidingWindowEstimator::make(sequence.calibration);
+  SlidingWindowEstimator& estimator = *made;
   for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
   for (std::size_t k = 5; k < sequence.frames.size() - 1; ++k) {
     estimator.addFrame(sequence.frames[k]);

@@ -37,7 +37,7 @@ class HostRun {
       : sequence_(sequence), next_frame_(first_frame) {
     std::string error;
     host_ = TestHost::create(
-        baselines::makeInitializer(method, sequence.calibration, InitializerOptions(), {}, &error),
+        baselines::makeInitializer(method, sequence.calibration, InitializerOptions(), &error),
         options, &error);
     while (next_imu_ + 1 < sequence.imu.size() &&
            sequence.imu[next_imu_ + 1].t <= sequence.frames[first_frame].t) {

@@ -2,6 +2,7 @@
 #include "backend/simulated_sequence.h"
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "slim_init/simulation/feature_simulator.h"
@@ -21,8 +22,9 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   sequence.name = options.motion;
   sequence.calibration = eurocCalibration();
   sequence.calibration.sigma_px = simulation::FeatureSimulationOptions().pixel_noise;
-  const auto trajectory = simulation::makeBuiltinTrajectory(
-      options.motion, options.duration_s, sequence.calibration.R_b_c, options.seed);
+  const std::shared_ptr<const simulation::Trajectory> trajectory =
+      simulation::makeBuiltinTrajectory(options.motion, options.duration_s,
+                                        sequence.calibration.R_b_c, options.seed);
   if (trajectory == nullptr) return sequence;
 
   simulation::ImuSimulationOptions imu;
@@ -31,16 +33,20 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   imu.seed = options.seed;
   sequence.imu = simulation::simulateImu(*trajectory, imu);
 
+  sequence.truth_between = [trajectory, imu](double t) {
+    if (!trajectory->covers(t)) return NavState();
+    NavState state = simulation::stateAt(*trajectory, t);
+    state.gyro_bias = imu.gyro_bias;
+    state.accel_bias = imu.accel_bias;
+    return state;
+  };
   std::vector<double> times;
   std::vector<Eigen::Vector3d> path;
   for (int k = 0; k / kImageRate <= sequence.imu.back().t; ++k) {
     const double t = k / kImageRate;
-    NavState state = simulation::stateAt(*trajectory, t);
-    state.gyro_bias = imu.gyro_bias;
-    state.accel_bias = imu.accel_bias;
-    sequence.truth.push_back(state);
+    sequence.truth.push_back(sequence.truth_between(t));
     times.push_back(t);
-    path.push_back(state.p_w_b);
+    path.push_back(sequence.truth.back().p_w_b);
   }
 
   simulation::WorldOptions world;

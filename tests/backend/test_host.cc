@@ -24,7 +24,9 @@ TestHostOptions::TestHostOptions() {
 }
 
 TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)
-    : adapter_(std::move(adapter)), options_(options), estimator_(adapter_->calibration()) {}
+    : adapter_(std::move(adapter)),
+      options_(options),
+      estimator_(SlidingWindowEstimator::make(adapter_->calibration())) {}
 
 std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
                                            const TestHostOptions& options, std::string* error) {
@@ -36,48 +38,49 @@ std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initial
 
 void TestHost::addImu(const ImuSample& sample) {
   adapter_->addImu(sample.t, sample.accel, sample.gyro);
-  estimator_.addImu(sample);
+  estimator_->addImu(sample);
 }
 
 HostStep TestHost::addFrame(const FrameObservation& frame) {
   HostStep step;
   adapter_->addFrame(frame);
-  const bool was_tracking = estimator_.seeded();
-  const NavState before = estimator_.newest();
-  const FrameReport report = estimator_.addFrame(frame);
+  const bool was_tracking = estimator_->seeded();
+  const NavState before = estimator_->newest();
+  const FrameReport report = estimator_->addFrame(frame);
 
   if (!was_tracking) {
-    if (static_cast<int>(estimator_.stamps().size()) >= SlidingWindowEstimator::kWindowFrames - 1) {
+    if (static_cast<int>(estimator_->stamps().size()) >=
+        SlidingWindowEstimator::kWindowFrames - 1) {
       seed(&step);
     }
   } else {
     step.message = report.problem;
-    if (estimator_.seeded() && report.ok()) {
-      step.message = detectFailure(before, estimator_.newest(), report);
+    if (estimator_->seeded() && report.ok()) {
+      step.message = detectFailure(before, estimator_->newest(), report);
     }
-    step.failed = !estimator_.seeded() || (report.ok() && !step.message.empty());
+    step.failed = !estimator_->seeded() || (report.ok() && !step.message.empty());
     if (!step.failed) watch(&step);
     if (step.failed) {
       recover(healthyStates(), true, &step);
     } else if (requested_) {
       // The newest one is of this frame, which the estimator trusts.
       std::vector<HostState> healthy = healthy_;
-      healthy.push_back(toHostState(estimator_.newest(), adapter_->calibration().td));
+      healthy.push_back(toHostState(estimator_->newest(), adapter_->calibration().td));
       recover(healthy, false, &step);
     }
     requested_ = false;
   }
 
-  step.tracking = estimator_.seeded();
+  step.tracking = estimator_->seeded();
   if (step.tracking) {
-    step.state = estimator_.newest();
+    step.state = estimator_->newest();
     if (!suspect_) remember();
   }
   return step;
 }
 
 void TestHost::seed(HostStep* step) {
-  const std::vector<double> stamps = estimator_.stamps();
+  const std::vector<double> stamps = estimator_->stamps();
   step->continued =
       is_lost_ && options_.adapter.reinit && adapter_->propagate(lost_, stamps.front()).ok;
   const HostResult answer =
@@ -89,7 +92,7 @@ void TestHost::seed(HostStep* step) {
 void TestHost::watch(HostStep* step) {
   const Calibration calibration = adapter_->calibration();
   std::vector<HostState> window;
-  for (const NavState& state : estimator_.states()) {
+  for (const NavState& state : estimator_->states()) {
     window.push_back(toHostState(state, calibration.td));
   }
   const vins_adapter::HostHealth health =
@@ -101,8 +104,8 @@ void TestHost::watch(HostStep* step) {
 }
 
 void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
-  HostResult answer = adapter_->recover(estimator_.stamps(), from);
-  if (answer.pending) answer = adapter_->bridge(estimator_.stamps(), from);
+  HostResult answer = adapter_->recover(estimator_->stamps(), from);
+  if (answer.pending) answer = adapter_->bridge(estimator_->stamps(), from);
   step->recovered = fillWindow(answer, step);
   if (step->recovered || !failed) return;
   lost_ = from.back();
@@ -111,9 +114,9 @@ void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep
   step->waiting = isWait(answer.result.status);
   step->reset = !step->waiting;
   if (step->waiting) {
-    estimator_.unseed();
+    estimator_->unseed();
   } else {
-    estimator_.reset();
+    estimator_->reset();
   }
 }
 
@@ -125,7 +128,7 @@ bool TestHost::fillWindow(const HostResult& answer, HostStep* step) {
     states.push_back(vins_adapter::fromHostState(state, adapter_->calibration().td));
   }
   leaveOutDamage();
-  const FrameReport report = estimator_.seed(states);
+  const FrameReport report = estimator_->seed(states);
   suspect_ = suspect_ && !report.ok();
   if (!report.ok()) step->message += "; " + report.problem;
   return report.ok();
@@ -133,7 +136,7 @@ bool TestHost::fillWindow(const HostResult& answer, HostStep* step) {
 
 // What threw it off is still in its window, as in VINS-Mono's.
 void TestHost::leaveOutDamage() {
-  const std::vector<double> stamps = estimator_.stamps();
+  const std::vector<double> stamps = estimator_->stamps();
   const std::vector<vins_adapter::HostImuInterval> intervals = adapter_->imuIntervals(stamps);
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     if (!intervals[i].damaged) continue;
@@ -144,13 +147,13 @@ void TestHost::leaveOutDamage() {
       samples[k].accel = intervals[i].accel[k];
       samples[k].gyro = intervals[i].gyro[k];
     }
-    estimator_.replaceImu(samples);
+    estimator_->replaceImu(samples);
   }
 }
 
 // Those that are old enough, or the oldest there is.
 std::vector<HostState> TestHost::healthyStates() const {
-  const double newest = estimator_.stamps().back();
+  const double newest = estimator_->stamps().back();
   std::vector<HostState> states = {healthy_.front()};
   for (const HostState& candidate : healthy_) {
     if (candidate.stamp > healthy_.front().stamp &&
@@ -164,7 +167,7 @@ std::vector<HostState> TestHost::healthyStates() const {
 // The newest state, and of the first window those before it.
 void TestHost::remember() {
   is_lost_ = false;
-  const std::vector<NavState> states = estimator_.states();
+  const std::vector<NavState> states = estimator_->states();
   const std::size_t first = healthy_.empty() ? 0 : states.size() - 1;
   for (std::size_t i = first; i < states.size(); ++i) {
     healthy_.push_back(toHostState(states[i], adapter_->calibration().td));

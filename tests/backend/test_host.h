@@ -56,7 +56,7 @@ class TestHost {
   StreamCounts counts() const { return adapter_->counts(); }
 
   /// For tests that make it fail.
-  SlidingWindowEstimator& estimator() { return estimator_; }
+  SlidingWindowEstimator& estimator() { return *estimator_; }
 
  private:
   TestHost(std::unique_ptr<vins_adapter::HostAdapter> adapter, const TestHostOptions& options);
@@ -71,7 +71,7 @@ class TestHost {
 
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;
   TestHostOptions options_;
-  SlidingWindowEstimator estimator_;
+  std::unique_ptr<SlidingWindowEstimator> estimator_;
   std::vector<vins_adapter::HostState> healthy_;  ///< of the last seconds, oldest first
   vins_adapter::HostState lost_;                  ///< the state to join after a reset
   bool is_lost_ = false;

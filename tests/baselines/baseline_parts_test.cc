@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "closed_form.h"
-#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "inertial_bundle_adjustment.h"
 #include "structure_from_motion.h"
@@ -64,39 +63,6 @@ TEST(StructureFromMotion, NamesWhatIsMissing) {
   sfm = reconstruct(*makeExactWindow(ExactWindowOptions()).window, demanding);
   EXPECT_EQ(sfm.status, InitStatus::kTooFewTracks);
   EXPECT_NE(sfm.message.find("(minimum 10001)"), std::string::npos) << sfm.message;
-}
-
-TEST(RejectByFundamentalMatrix, StartsTracksThatJumpAnew) {
-  ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  // Every tenth track jumps by 40 px in keyframe 5, for good.
-  for (std::size_t k = 5; k < exact.keyframes.size(); ++k) {
-    for (PointObservation& point : exact.keyframes[k].points) {
-      if (point.id % 10 != 0) continue;
-      const Eigen::Vector3d moved = point.bearing + Eigen::Vector3d(0.06, 0.06, 0.0);
-      point.bearing = moved.normalized();
-    }
-  }
-  const auto window = windowOf(exact);
-  VinsOptions options;
-  for (const char verdict : rejectByFundamentalMatrix(*window, options)) {
-    EXPECT_EQ(verdict, kKeepObservation);
-  }
-  options.tracking_threshold_px = 1.0;
-  const std::vector<char> keep = rejectByFundamentalMatrix(*window, options);
-  int found = 0, jumps = 0, wrong = 0;
-  for (const Track& track : window->pointTracks()) {
-    for (int s = track.begin + 1; s < track.end; ++s) {
-      const bool jump = track.id % 10 == 0 && window->pointObservations()[s].keyframe == 5;
-      const bool cut = keep[s] == kStartTrack;
-      jumps += jump ? 1 : 0;
-      found += jump && cut ? 1 : 0;
-      // What jumped fits no motion afterwards either.
-      wrong += track.id % 10 != 0 && cut ? 1 : 0;
-    }
-  }
-  EXPECT_GT(jumps, 3);
-  EXPECT_GE(found, jumps - 1);
-  EXPECT_EQ(wrong, 0);
 }
 
 TEST(ClosedForm, IsExactWithTrueRotations) {

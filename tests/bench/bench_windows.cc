@@ -35,7 +35,7 @@ evaluation::Sequence benchSequence(const BenchWindows& what) {
   options.features.drift = what.drift;
   options.seed = what.seed;
   try {
-    check(checkAbOptions(&options));
+    checkAbOptions(&options);
     return loadSequence(options).sequence;
   } catch (const Failure& failure) {
     giveUp(failure.what());

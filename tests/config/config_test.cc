@@ -225,15 +225,13 @@ TEST_F(ConfigFile, OurKeysOfEveryKind) {
                          "  method: slim-paper\n"
                          "  sigma_px: 1\n"  // a whole number is a number
                          "  window: {keyframes: 12, min_interval_s: 0.3}\n"
-                         "  slim_paper:\n    use_vp: false\n    use_line_normal: 0\n"
+                         "  refinement:\n    use_lines: false\n"
                          "  gates:\n    mode: off\n");
   EXPECT_EQ(config.method, "slim-paper");
   EXPECT_EQ(config.calibration.sigma_px, 1.0);
   EXPECT_EQ(config.options.window.keyframes, 12);
   EXPECT_EQ(config.options.window.min_interval_s, 0.3);
-  EXPECT_FALSE(config.baselines.slim_paper.use_vp);
-  EXPECT_TRUE(config.baselines.slim_paper.use_line_epipolar);
-  EXPECT_FALSE(config.baselines.slim_paper.use_line_normal);
+  EXPECT_FALSE(config.options.refinement.use_lines);
   EXPECT_EQ(config.options.gates.mode, GateMode::kOff);
 }
 
@@ -572,8 +570,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "slim_init.lines.min_length_px is 2, must be in"},
         OurError{"slim_init:\n  refinement: {max_iterations: 4000}\n",
                  "slim_init.refinement.max_iterations is 4000, must be in [0, 1000]"},
-        OurError{"slim_init:\n  slim_paper: {use_vp: 3}\n",
-                 "slim_init.slim_paper.use_vp is 3, must be 0, 1, true or false"},
+        OurError{"slim_init:\n  refinement: {use_lines: 3}\n",
+                 "slim_init.refinement.use_lines is 3, must be 0, 1, true or false"},
         OurError{"slim_init:\n", "slim_init is"},
         OurError{"slim_init: 3\n", "slim_init is 3, must be a section of keys"}));
 
@@ -631,7 +629,6 @@ TEST(ConfigTable, HoldsTheTablesOfAllStructs) {
     }
   };
   expectListed(optionTable(&config.options));
-  expectListed(optionTable(&config.baselines));
   expectListed(optionTable(&config.front_end));
   expectListed(optionTable(&config.calibration));
   expectListed(optionTable(&config.calibration.imu_noise));
@@ -662,14 +659,6 @@ TEST(ConfigTable, HeadersStateTheSameUnits) {
   expectUnitsAgree(front_end, "PointTrackerOptions", optionTable(&config.front_end.points));
   expectUnitsAgree(front_end, "LineTrackerOptions", optionTable(&config.front_end.lines));
   expectUnitsAgree(front_end, "HostFrontEnd", optionTable(&config.front_end.host));
-  const auto compared =
-      unitsOfHeader(top + "/slim_init/baselines/include/slim_init/baselines/options.h");
-  expectUnitsAgree(compared, "GyroBiasOptions", optionTable(&config.baselines.gyro_bias));
-  expectUnitsAgree(compared, "LineSelectionOptions", optionTable(&config.baselines.line_selection));
-  expectUnitsAgree(compared, "SlimPaperOptions", optionTable(&config.baselines.slim_paper));
-  expectUnitsAgree(compared, "DrtViBaOptions", optionTable(&config.baselines.drt_vi_ba));
-  expectUnitsAgree(compared, "VinsOptions", optionTable(&config.baselines.vins));
-  expectUnitsAgree(compared, "OpenVinsOptions", optionTable(&config.baselines.openvins));
 }
 
 // A file with one of our keys.
@@ -709,30 +698,23 @@ TEST_F(ConfigFile, EveryNumberIsRefusedOutsideOfItsRangeByNameOfItsKey) {
       ++tested;
     }
   }
-  EXPECT_GT(tested, 150);
+  EXPECT_GT(tested, 100);
 }
 
 // ------------------------------------------------------------------------ keys without effect
 
 TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {
   const auto notes = [this](const std::string& keys) { return loadedOptions(keys).notes; };
-  const std::string compared = "  slim_paper: {vp_weight: 0.5}\n  drt_vi_ba: {sigma_px: 2.0}\n";
-  ASSERT_EQ(notes(compared).size(), 1u);
-  EXPECT_EQ(notes(compared)[0],
-            "without effect on slim: slim_init.slim_paper.vp_weight, slim_init.drt_vi_ba.sigma_px");
-  ASSERT_EQ(notes("  method: slim-paper\n" + compared).size(), 1u);
-  EXPECT_EQ(notes("  method: slim-paper\n" + compared)[0],
-            "without effect on slim-paper: slim_init.drt_vi_ba.sigma_px");
   EXPECT_EQ(notes("  method: drt-l\n  slim: {refine: 0}\n")[0],
             "without effect on drt-l: slim_init.slim.refine");
   EXPECT_TRUE(notes("  slim: {refine: 0}\n").empty());
-  EXPECT_TRUE(notes("  slim_paper: {vp_weight: 0.001}\n").empty()) << "the default";
+  EXPECT_TRUE(notes("  method: drt-l\n  slim: {refine: 1}\n").empty()) << "the default";
 
   Config config;
-  config.baselines.slim_paper.vp_weight = 0.5;
-  EXPECT_EQ(noteUnreadKeys(config, {"slim", "slim-paper"}), "");
-  EXPECT_EQ(noteUnreadKeys(config, {"slim", "drt-l"}),
-            "without effect on slim or drt-l: slim_init.slim_paper.vp_weight");
+  config.options.slim.refine = false;
+  EXPECT_EQ(noteUnreadKeys(config, {"slim", "drt-l"}), "");
+  EXPECT_EQ(noteUnreadKeys(config, {"drt-l", "drt-t"}),
+            "without effect on drt-l or drt-t: slim_init.slim.refine");
 }
 
 // --------------------------------------------------------------------------------- shipped files
@@ -740,7 +722,7 @@ TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {
 // A default, a range or a reason changed? `slim_init options --update .` in the repository.
 TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
   const std::vector<GeneratedFile> files = generatedFiles();
-  ASSERT_EQ(files.size(), 4u);
+  ASSERT_EQ(files.size(), 3u);
   for (const GeneratedFile& file : files) {
     EXPECT_TRUE(fileText(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
         << file.path << " is out of date: run `slim_init options --update .` in the repository";
@@ -799,7 +781,7 @@ TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
   Config config = loadedFrom(kConfigDir + "template.yaml", FileOf::kHost);
   expectDefaults(&config);
   EXPECT_TRUE(config.notes.empty()) << config.notes[0];
-  for (const char* file : {"user.yaml", "advanced.yaml", "compared_methods.yaml"}) {
+  for (const char* file : {"user.yaml", "advanced.yaml"}) {
     Config options = loadedFrom(kConfigDir + file, FileOf::kOurs);
     expectDefaults(&options);
     EXPECT_TRUE(options.notes.empty()) << options.notes[0];
@@ -814,8 +796,7 @@ TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
     return count;
   };
   const int user = keys(OptionKeys::kUser);
-  EXPECT_EQ(user + keys(OptionKeys::kAdvanced) + keys(OptionKeys::kCompared),
-            static_cast<int>(configTable(&config).size()));
+  EXPECT_EQ(user + keys(OptionKeys::kAdvanced), static_cast<int>(configTable(&config).size()));
   EXPECT_EQ(keys(OptionKeys::kAll), static_cast<int>(configTable(&config).size()));
   // What a user has to look through.
   EXPECT_GE(user, 25);

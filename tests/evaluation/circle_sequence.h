@@ -62,6 +62,9 @@ inline Sequence makeCircleSequence(double duration_s, const Circle& circle = Cir
     sequence.frames.push_back(frame);
     sequence.truth.push_back(circle.state(frame.t));
   }
+  sequence.truth_between = [circle, duration_s](double t) {
+    return t >= 0.0 && t <= duration_s ? circle.state(t) : NavState();
+  };
   return sequence;
 }
 

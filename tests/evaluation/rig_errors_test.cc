@@ -239,26 +239,16 @@ TEST(TruthAt, LiesBetweenTheFramesToo) {
   Sequence sequence = makeCircleSequence(2.0);
   const Circle circle;
   EXPECT_EQ(truthAt(sequence, 0.5).p_w_b, circle.state(0.5).p_w_b);
-  for (const double t : {0.51, 0.525, 1.2345}) {
-    const NavState truth = truthAt(sequence, t), expected = circle.state(t);
-    EXPECT_EQ(truth.t, t);
-    // Cubic between frames 0.05 s apart: h^4 / 384 times the fourth derivative, 0.8 m/s^4.
-    EXPECT_LT((truth.p_w_b - expected.p_w_b).norm(), 2e-8);
-    EXPECT_LT((truth.v_w_b - expected.v_w_b).norm(), 1e-3);
-    EXPECT_LT((truth.R_w_b - expected.R_w_b).norm(), 1e-9);  // a constant rate is a geodesic
-    EXPECT_EQ(truth.gyro_bias, expected.gyro_bias);
-  }
+  EXPECT_EQ(truthAt(sequence, 0.51).p_w_b, circle.state(0.51).p_w_b);
   EXPECT_TRUE(std::isnan(truthAt(sequence, -0.01).t));
   EXPECT_TRUE(std::isnan(truthAt(sequence, 2.01).t));
   sequence.truth[10].t = kNotComputed;  // at 0.5 s
   EXPECT_TRUE(std::isnan(truthAt(sequence, 0.5).t));
+  sequence.truth_between = nullptr;
   EXPECT_TRUE(std::isnan(truthAt(sequence, 0.51).t));
-  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.49).t));
-  EXPECT_TRUE(std::isfinite(truthAt(sequence, 0.56).t));
-  sequence.truth_between = [&](double t) { return circle.state(t); };
-  EXPECT_EQ(truthAt(sequence, 0.51).p_w_b, circle.state(0.51).p_w_b);
+  EXPECT_TRUE(std::isfinite(truthAt(sequence, 0.55).t));
   sequence.has_truth = false;
-  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.51).t));
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.55).t));
 }
 
 /// A method that knows the circle, and the true td (zero) where it is asked to estimate it. Safe to

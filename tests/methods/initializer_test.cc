@@ -45,7 +45,7 @@ class InitializerTest : public ::testing::Test {
   std::unique_ptr<IInitializer> make() const {
     std::string error;
     auto initializer =
-        baselines::makeInitializer("drt-l", exact_.calibration, tenKeyframes(), {}, &error);
+        baselines::makeInitializer("drt-l", exact_.calibration, tenKeyframes(), &error);
     EXPECT_NE(initializer, nullptr) << error;
     return initializer;
   }
@@ -274,9 +274,9 @@ TEST(MakeInitializer, RefusesBadArgumentsWithAMessage) {
   std::string error;
   Calibration bad;
   bad.focal_px = 0.0;
-  EXPECT_EQ(baselines::makeInitializer("drt-l", bad, InitializerOptions(), {}, &error), nullptr);
+  EXPECT_EQ(baselines::makeInitializer("drt-l", bad, InitializerOptions(), &error), nullptr);
   EXPECT_EQ(error, "calibration: focal_px is 0, must be in [10, 100000]");
-  EXPECT_EQ(baselines::makeInitializer("nothing", Calibration(), InitializerOptions(), {}, &error),
+  EXPECT_EQ(baselines::makeInitializer("nothing", Calibration(), InitializerOptions(), &error),
             nullptr);
   EXPECT_NE(error.find("unknown method"), std::string::npos);
   InitializerOptions options;

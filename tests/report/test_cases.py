@@ -57,30 +57,6 @@ class Cases(unittest.TestCase):
         self.assertEqual(option(ablation, "methods"), "slim,slim-paper")
         self.assertIn("--ablation", ablation.arguments)
 
-    def test_wrong_rigs(self):
-        for file in ("imu0.csv", "cam0_timestamps.csv", "groundtruth.csv"):
-            self.file("recorded/V1_01/" + file)
-        for file in ("imu0/data.csv", "cam0/data.csv"):
-            self.file("euroc/MH_01_easy/mav0/" + file)
-        folders = dict(recorded=os.path.join(self.scratch.name, "recorded"),
-                       euroc=os.path.join(self.scratch.name, "euroc"))
-        self.assertFalse([name for name in self.cases(**folders)[0] if name.startswith("rigs/")])
-        found, _ = self.cases(rigs=True, seed=3, **folders)
-        rigs = [name for name in found if name.startswith("rigs/")]
-        # 4 x 5 of the grid, a random rig, three readouts, an IMU; images have their own shutter.
-        self.assertEqual(len(rigs), 25 + 25 + 22)
-        self.assertFalse([name for name in rigs if "images" in name and "readout" in name])
-        case = found["rigs/images-MH_01/td20_rot4"]
-        self.assertEqual((option(case, "td-error"), option(case, "extrinsic-error")), ("0.02", "4"))
-        self.assertIsNone(option(case, "seed"))  # has no effect on images without errors
-        case = found["rigs/recorded-V1_01/readout_undeclared"]
-        self.assertEqual((option(case, "readout"), option(case, "seed")), ("0.033", "3"))
-        self.assertEqual(option(case, "readout-error"), "-0.033")
-        self.assertIn("--random-rig", found["rigs/simulated-figure-eight/random"].arguments)
-        case = found["rigs/simulated-figure-eight/imu"]
-        self.assertEqual([option(case, name) for name in ("imu-rate", "imu-jitter", "imu-dropout")],
-                         ["100", "0.002", "0.01"])
-
     def test_growing_windows(self):
         self.assertFalse([name for name in self.cases()[0] if name.startswith("growing/")])
         found, _ = self.cases(growing=True, downstream=5)

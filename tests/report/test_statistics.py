@@ -21,36 +21,41 @@ def load(rows, **info):
 class ByHand(unittest.TestCase):
     def setUp(self):
         self.windows = load(by_hand()).windows
-        self.all = statistics.summarize(self.windows).loc["hand"]
+        self.all = statistics.summarize(self.windows)["hand"]
 
     def test_counts(self):
         for key, value in (("windows", 5), ("attempted", 4), ("success", 3), ("accepted", 3),
-                           ("accepted_within_0_1", 1), ("accepted_within_0_5", 2), ("waiting", 1),
+                           ("within_0_1", 1), ("within_0_5", 2), ("waiting", 1),
                            ("refused", 1), ("failed", 0)):
             self.assertEqual(self.all[key], value, key)
 
     def test_errors_over_successful_windows(self):
         mean_square = (0.03 ** 2 + 0.4 ** 2 + 0.04 ** 2) / 3.0
         p90 = 0.2 * 0.04 + 0.8 * 0.4  # sorted 0.03, 0.04, 0.4: position 1.8
-        for key, value in (("success_rate", 0.6), ("scale_rmse", math.sqrt(mean_square)),
-                           ("scale_median", 0.04), ("scale_p90", p90),
-                           ("gravity_rmse_deg", 10.0 * math.sqrt(mean_square)),
-                           ("gravity_median_deg", 0.4), ("gravity_p90_deg", 10.0 * p90),
-                           ("velocity_rmse", 2.0 * math.sqrt(mean_square)),
-                           ("velocity_vec_rmse", 3.0 * math.sqrt(mean_square)),
-                           ("pose_rmse", 4.0 * math.sqrt(mean_square)), ("pose_median", 0.16),
-                           ("pose_p90", 4.0 * p90),
-                           ("gyro_bias_err_pct", 50.0 * math.sqrt(mean_square)),
-                           ("gyro_bias_vec_rmse", 0.1 * math.sqrt(mean_square))):
+        for key, value in (("success/windows", 0.6),
+                           ("success.scale_error.rmse", math.sqrt(mean_square)),
+                           ("success.scale_error.median", 0.04), ("success.scale_error.p90", p90),
+                           ("success.gravity_error_deg.rmse", 10.0 * math.sqrt(mean_square)),
+                           ("success.gravity_error_deg.median", 0.4),
+                           ("success.gravity_error_deg.p90", 10.0 * p90),
+                           ("success.velocity_rmse.rmse", 2.0 * math.sqrt(mean_square)),
+                           ("success.velocity_vec_rmse.rmse", 3.0 * math.sqrt(mean_square)),
+                           ("success.pose_rmse.rmse", 4.0 * math.sqrt(mean_square)),
+                           ("success.pose_rmse.median", 0.16),
+                           ("success.pose_rmse.p90", 4.0 * p90),
+                           ("success.gyro_bias_err_pct.rmse", 50.0 * math.sqrt(mean_square)),
+                           ("success.gyro_bias_vec_err.rmse", 0.1 * math.sqrt(mean_square))):
             self.assertAlmostEqual(self.all[key], value, 12, key)
 
     def test_errors_over_accepted_windows_whatever_they_are(self):
-        for key, value in (("accepted_rate", 0.6), ("accepted_within_0_1_rate", 1.0 / 3.0),
-                           ("accepted_within_0_5_rate", 2.0 / 3.0),
-                           ("accepted_scale_error_max", 0.7), ("accepted_scale_median", 0.4),
-                           ("accepted_scale_rmse",
+        for key, value in (("accepted/windows", 0.6), ("within_0_1/accepted", 1.0 / 3.0),
+                           ("within_0_5/accepted", 2.0 / 3.0),
+                           ("evaluated.scale_error.max", 0.7),
+                           ("evaluated.scale_error.median", 0.4),
+                           ("evaluated.scale_error.rmse",
                             math.sqrt((0.03 ** 2 + 0.4 ** 2 + 0.7 ** 2) / 3.0)),
-                           ("accept_s_median", 2.25), ("accept_keyframes_median", 10.0)):
+                           ("accepted.answer_s.median", 2.25),
+                           ("accepted.answer_keyframes.median", 10.0)):
             self.assertAlmostEqual(self.all[key], value, 12, key)
 
     def test_calibration_over_accepted_windows(self):
@@ -60,38 +65,42 @@ class ByHand(unittest.TestCase):
                     rotation_error_deg=0.3),
                 row(2, "m", 1.0, "scale_too_uncertain", td_error_ms=99.0, td_sigma_ms=1.0,
                     rotation_error_deg=99.0, readout_error_ms=99.0)]
-        summary = statistics.summarize(load(rows).windows).loc["m"]
-        for key, value in (("scale_over_sigma", math.sqrt((2.0 ** 2 + 1.0 ** 2) / 2.0)),
-                           ("td_rmse_ms", math.sqrt((9.0 + 16.0) / 2.0)),
-                           ("td_over_sigma", math.sqrt((1.5 ** 2 + 1.0 ** 2) / 2.0)),
-                           ("rotation_rmse_deg", math.sqrt((0.16 + 0.09) / 2.0)),
-                           ("rotation_over_sigma", 0.5), ("readout_rmse_ms", 1.0)):
-            self.assertAlmostEqual(summary["accepted_" + key], value, 12, key)
-        self.assertTrue(math.isnan(self.all["accepted_td_rmse_ms"]))  # nobody estimated it
+        summary = statistics.summarize(load(rows).windows)["m"]
+        for key, value in (("scale_error/scale_sigma.rmse", math.sqrt((2.0 ** 2 + 1.0 ** 2) / 2.0)),
+                           ("td_error_ms.rmse", math.sqrt((9.0 + 16.0) / 2.0)),
+                           ("td_error_ms/td_sigma_ms.rmse", math.sqrt((1.5 ** 2 + 1.0 ** 2) / 2.0)),
+                           ("rotation_error_deg.rmse", math.sqrt((0.16 + 0.09) / 2.0)),
+                           ("rotation_over_sigma.rmse", 0.5), ("readout_error_ms.rmse", 1.0)):
+            self.assertAlmostEqual(summary["evaluated." + key], value, 12, key)
+        self.assertTrue(math.isnan(self.all["evaluated.td_error_ms.rmse"]))  # nobody estimated it
 
     def test_times_over_windows_with_an_estimate(self):
-        for key, value in (("solve_ms_median", 2.5), ("solve_cpu_ms_median", 1.25), ("solve_cpu_ms_mean", 2.0),
-                           ("solve_cpu_ms_p90", 0.3 * 1.5 + 0.7 * 5.0)):
+        for key, value in (("attempted.solve_ms.median", 2.5),
+                           ("attempted.solve_cpu_ms.median", 1.25),
+                           ("attempted.solve_cpu_ms.mean", 2.0),
+                           ("attempted.solve_cpu_ms.p90", 0.3 * 1.5 + 0.7 * 5.0)):
             self.assertAlmostEqual(self.all[key], value, 12, key)
         self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
 
     def test_excited_windows(self):
-        excited = statistics.summarize(self.windows[self.windows["excited"]]).loc["hand"]
+        excited = statistics.summarize(self.windows[self.windows["excited"]])["hand"]
         self.assertEqual((excited["windows"], excited["success"], excited["accepted"]), (3, 3, 2))
 
     def test_statuses_add_up_to_all_windows(self):
         counts = statistics.statuses(self.windows).loc["hand"]
-        self.assertEqual(dict(counts), {"scale_too_uncertain": 1, "success": 3, "too_few_tracks": 1})
-        self.assertEqual(sum(self.all[key] for key in ("accepted", "waiting", "refused", "failed")), 5)
+        self.assertEqual(dict(counts), {"scale_too_uncertain": 1, "success": 3,
+                         "too_few_tracks": 1})
+        self.assertEqual(sum(self.all[key] for key in ("accepted", "waiting", "refused",
+                         "failed")), 5)
 
 
 class Special(unittest.TestCase):
     def test_every_refusal_and_wait_is_counted(self):
         names = statistics.WAITING + statistics.REFUSED + statistics.FAILED
         rows = [row(i, "m", None, name) for i, name in enumerate(names)]
-        s = statistics.summarize(load(rows).windows).loc["m"]
+        s = statistics.summarize(load(rows).windows)["m"]
         self.assertEqual((s["windows"], s["waiting"], s["refused"], s["failed"]), (12, 7, 3, 2))
-        self.assertEqual(s["success_rate"], 0.0)
+        self.assertEqual(s["success/windows"], 0.0)
 
     def test_statuses_are_those_of_the_library(self):
         files = glob.glob(os.path.join(SOURCE, "slim_init/src/*/result.cc"))
@@ -121,40 +130,42 @@ class Special(unittest.TestCase):
         self.assertEqual(gates, enumerators("GateName") + ["unknown"])
 
     def test_numbers_that_do_not_exist(self):
-        s = statistics.summarize(load([row(0, "m", None, "stationary")]).windows).loc["m"]
-        for key in ("scale_rmse", "scale_median", "gravity_p90_deg", "pose_rmse", "solve_cpu_ms_mean",
-                    "accepted_within_0_1_rate", "downstream_divergence_rate"):
+        s = statistics.summarize(load([row(0, "m", None, "stationary")]).windows)["m"]
+        for key in ("success.scale_error.rmse", "success.scale_error.median",
+                    "success.gravity_error_deg.p90", "success.pose_rmse.rmse",
+                    "attempted.solve_cpu_ms.mean",
+                    "within_0_1/accepted", "diverged/downstream"):
             self.assertTrue(math.isnan(s[key]), key)
         # A method without a window, and no window at all.
         windows = load([row(0, "m", None, "stationary")]).windows
-        s = statistics.summarize(windows[windows["excited"] & False], ["m"]).loc["m"]
+        s = statistics.summarize(windows[windows["excited"] & False], ["m"])["m"]
         self.assertEqual((s["windows"], s["accepted"]), (0, 0))
-        self.assertTrue(math.isnan(s["success_rate"]))
+        self.assertTrue(math.isnan(s["success/windows"]))
 
     def test_without_truth_there_are_no_rates(self):
         rows = [dict(row(i, "m", 1.0), scale="", scale_error="", success=0) for i in range(3)]
-        s = statistics.summarize(load(rows, has_truth=False).windows).loc["m"]
-        self.assertTrue(math.isnan(s["success_rate"]))
-        self.assertTrue(math.isnan(s["accepted_within_0_1_rate"]))
+        s = statistics.summarize(load(rows, has_truth=False).windows)["m"]
+        self.assertTrue(math.isnan(s["success/windows"]))
+        self.assertTrue(math.isnan(s["within_0_1/accepted"]))
         self.assertEqual(s["accepted"], 3)
 
     def test_downstream_runs_of_accepted_answers(self):
         rows = [row(i, "m", 1.0, downstream=int(i < 4), downstream_diverged=int(i == 3),
                     downstream_ate=0.1 * (i + 1)) for i in range(6)]
-        s = statistics.summarize(load(rows).windows).loc["m"]
-        self.assertEqual((s["downstream_runs"], s["downstream_diverged"]), (4, 1))
-        self.assertAlmostEqual(s["downstream_ate_median"], 0.25)
-        self.assertAlmostEqual(s["downstream_ate_p90"], 0.37)
+        s = statistics.summarize(load(rows).windows)["m"]
+        self.assertEqual((s["downstream"], s["diverged"]), (4, 1))
+        self.assertAlmostEqual(s["downstream.downstream_ate.median"], 0.25)
+        self.assertAlmostEqual(s["downstream.downstream_ate.p90"], 0.37)
 
     def test_several_runs_together(self):
         one = load(by_hand()).windows
         two = load([row(i, "other", 1.1) for i in range(2)]).windows
         together = data.pandas.concat([one, two, one.assign(run="again")], ignore_index=True)
         s = statistics.summarize(together)
-        self.assertEqual(list(s.index), ["hand", "other"])
-        self.assertEqual((s.loc["hand", "windows"], s.loc["other", "windows"]), (10, 2))
-        self.assertAlmostEqual(s.loc["hand", "scale_rmse"],
-                               statistics.summarize(one).loc["hand", "scale_rmse"])
+        self.assertEqual(list(s), ["hand", "other"])
+        self.assertEqual((s["hand"]["windows"], s["other"]["windows"]), (10, 2))
+        self.assertAlmostEqual(s["hand"]["success.scale_error.rmse"],
+                               statistics.summarize(one)["hand"]["success.scale_error.rmse"])
 
 
 class BadFolders(unittest.TestCase):

@@ -12,7 +12,8 @@ from slim_init_report.tables import Cell, Table, count, number
 
 
 def texts(table, row_index):
-    """The cells of a row as they are shown: a star behind the best, the figure beside in brackets."""
+    """The cells of a row as they are shown: a star behind the best,
+    the figure beside in brackets."""
     return [cell.text + ("*" if cell.best else "") + (" (%s)" % cell.beside if cell.beside else "")
             for cell in table.rows[row_index]]
 
@@ -77,40 +78,32 @@ class Paper(unittest.TestCase):
     def test_the_averages_are_those_of_the_columns(self):
         for key in self.KEYS:
             for method in self.METHODS:
-                columns = [paper.accuracy(key, method, name) for name in paper.SEQUENCES]
+                columns = [paper.printed("table_1", key, method, name) for name in paper.SEQUENCES]
                 self.assertEqual(len(columns), 11)
                 self.assertAlmostEqual(numpy.mean(columns),
                                        paper.FIGURES["table_1_average"][key][method], delta=0.0016)
 
     def test_single_figures(self):
-        for value, printed in (
-                (paper.accuracy("scale_rmse", "drt-l", "MH_03"), 0.119),
-                (paper.accuracy("scale_rmse", "slim-paper", "V2_03"), 0.149),
-                (paper.accuracy("gravity_rmse_deg", "openvins", "V1_03"), 3.946),
-                (paper.accuracy("velocity_rmse", "vins", "V2_01"), 0.057),
-                (paper.accuracy("pose_rmse", "slim-paper", "V1_01"), 0.048),
-                (paper.success_pct("slim-paper", "Machine Hall"), 94.01),
-                (paper.success_pct("vins", "Vicon Room 1"), 22.97),
-                (paper.degenerate("gravity_rmse_deg", "slim-paper"), 4.137),
-                (paper.ablation("scale_rmse", "slim-paper[no-line-normal]"), 0.158),
-                (paper.gyro_bias_pct("slim-paper[no-vp]"), 1.941),
-                (paper.solve_ms("openvins"), 284.715)):
-            self.assertEqual(value, printed)
+        for path, value in ((("table_1", "scale_rmse", "slim-paper", "V2_03"), 0.149),
+                            (("table_2_success_pct", "Machine Hall", "slim-paper"), 94.01),
+                            (("table_3_average", "slim-paper", "gravity_rmse_deg"), 4.137),
+                            (("gyro_bias_err_pct", "slim-paper[no-vp]"), 1.941),
+                            (("figure_6_solve_ms", "openvins"), 284.715)):
+            self.assertEqual(paper.printed(*path), value)
 
     def test_the_ablation_begins_and_ends_where_table_3_does(self):
         for key in self.KEYS:
-            self.assertEqual(paper.ablation(key, "slim-paper"), paper.degenerate(key, "slim-paper"))
-            self.assertEqual(paper.ablation(key, "slim-paper[no-lines]"),
-                             paper.degenerate(key, "drt-l"))
+            self.assertEqual(paper.printed("table_4_average", "slim-paper", key),
+                             paper.printed("table_3_average", "slim-paper", key))
+            self.assertEqual(paper.printed("table_4_average", "slim-paper[no-lines]", key),
+                             paper.printed("table_3_average", "drt-l", key))
 
     def test_what_is_not_printed(self):
-        for value in (paper.accuracy("scale_rmse", "slim", "MH_01"),
-                      paper.accuracy("scale_rmse", "drt-l", "TUM"),
-                      paper.accuracy("gyro_bias_err_pct", "drt-l", "MH_01"),
-                      paper.success_pct("drt-l", "Other"), paper.degenerate("scale_rmse", "vins"),
-                      paper.ablation("scale_rmse", "slim"), paper.gyro_bias_pct("slim"),
-                      paper.solve_ms("slim")):
-            self.assertTrue(math.isnan(value))
+        for path in (("table_1", "scale_rmse", "slim", "MH_01"),
+                     ("table_1", "scale_rmse", "drt-l", "TUM"),
+                     ("table_1", "gyro_bias_err_pct", "drt-l", "MH_01"),
+                     ("table_2_success_pct", "Other", "drt-l"), ("gyro_bias_err_pct", "slim")):
+            self.assertTrue(math.isnan(paper.printed(*path)))
         self.assertEqual([paper.sequence_of(name) for name in ("MH_01_easy", "V2_03", "fr1")],
                          ["MH_01", "V2_03", ""])
 
@@ -193,7 +186,8 @@ class SuiteTables(unittest.TestCase):
         self.assertEqual(figures, 26)  # success and twelve errors, two runs
         self.assertEqual({r[0].text for r in listed.rows}, {"V1_01"})
         self.assertEqual(len(listed.rows), 12)
-        self.assertEqual(texts(listed, 0), ["V1_01", "scale rmse", "0.2000", "0.1000\u2020", "drt-l"])
+        self.assertEqual(texts(listed, 0), ["V1_01", "scale rmse", "0.2000", "0.1000\u2020",
+                         "drt-l"])
 
     def test_verdicts_add_up(self):
         table = suite_tables.run_method_table(self.halls(), method_tables.VERDICTS)

@@ -10,6 +10,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCRIPT = os.path.join(ROOT, "launch", "ab_bag.py")
 CONFIG = os.path.join(ROOT, "config", "euroc.yaml")
@@ -164,22 +166,22 @@ class AbBag(unittest.TestCase):
         self.assertNotIn("closer", run.stdout)
 
     def test_numbers_of_a_known_odometry(self):
-        truth = [(0.05 * k,) + way(0.05 * k) for k in range(200)]
-        turn = [(t, -y + 1.0, x - 2.0, z) for t, x, y, z in truth]
-        result = ab_bag.measured(turn, truth, -5.0)
+        truth = np.array([(0.05 * k,) + way(0.05 * k) for k in range(200)])
+        t, x, y, z = truth.T
+        result = ab_bag.measured(np.array([t, -y + 1.0, x - 2.0, z]).T, truth, -5.0)
         self.assertAlmostEqual(result["first_s"], 5.0)
         self.assertLess(result["ate_m"], 1e-9)
         self.assertAlmostEqual(result["scale"], 1.0)
         self.assertAlmostEqual(result["scale_run"], 1.0)
-        shrunk = [(t, 0.25 * x, 0.25 * y, 0.25 * z) for t, x, y, z in truth]
+        shrunk = truth * [1.0, 0.25, 0.25, 0.25]
         self.assertAlmostEqual(ab_bag.measured(shrunk, truth, 0.0)["scale"], 0.25)
         # A tilt is no heading: it stays as an error.
-        tilted = [(t, x, z, -y) for t, x, y, z in truth]
-        self.assertGreater(ab_bag.measured(tilted, truth, 0.0)["ate_m"], 0.5)
+        self.assertGreater(ab_bag.measured(np.array([t, x, z, -y]).T, truth, 0.0)["ate_m"], 0.5)
         # Truth that covers nothing, and a gap in it.
-        self.assertIsNone(ab_bag.measured(truth, [(90.0, 0, 0, 0), (91.0, 0, 0, 0)], 0.0)["scale"])
-        self.assertIsNone(ab_bag.at(truth, [row[0] for row in truth], 20.0))
-        self.assertIsNone(ab_bag.at([truth[0], truth[9]], [truth[0][0], truth[9][0]], 0.2))
+        self.assertIsNone(ab_bag.measured(truth, truth + [90.0, 0.0, 0.0, 0.0], 0.0)["scale"])
+        self.assertTrue(np.isnan(ab_bag.at(truth, np.array([20.0]))).all())
+        known = np.isfinite(ab_bag.at(truth[::9], np.array([0.0, 0.2, 0.45])))
+        self.assertEqual(known[:, 0].tolist(), [True, False, True])
 
     def test_without_host_nothing_is_played(self):
         run = self.run_script(host="false")

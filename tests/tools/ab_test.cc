@@ -411,14 +411,16 @@ std::string rowsOf(const ScratchFolder& folder, const std::string& out, const st
   return rows;
 }
 
-TEST(AbOptionsFile, ASwitchedTermChangesItsMethodOnly) {
+TEST(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   const ScratchFolder folder;
-  folder.write("none.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 1}\n");
-  folder.write("no_vp.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 0}\n");
+  folder.write("none.yaml",
+               "%YAML:1.0\nslim_init:\n  vanishing_point: {inlier_threshold_deg: 1.0}\n");
+  folder.write("narrow.yaml",
+               "%YAML:1.0\nslim_init:\n  vanishing_point: {inlier_threshold_deg: 0.2}\n");
   for (const auto& [out, extra] : std::vector<std::pair<std::string, std::vector<std::string>>>{
            {"plain", {}},
            {"none", {"--options", folder.file("none.yaml")}},
-           {"no_vp", {"--options", folder.file("no_vp.yaml")}}}) {
+           {"narrow", {"--options", folder.file("narrow.yaml")}}}) {
     const ProgramRun run = runWithOptions(folder, out, extra);
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
@@ -426,13 +428,13 @@ TEST(AbOptionsFile, ASwitchedTermChangesItsMethodOnly) {
   EXPECT_GT(rowsOf(folder, "plain", "slim-paper").size(), 500u);
   // The defaults, written down, change nothing.
   EXPECT_EQ(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "none", "slim-paper"));
-  EXPECT_NE(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "no_vp", "slim-paper"));
-  EXPECT_EQ(rowsOf(folder, "plain", "drt-l"), rowsOf(folder, "no_vp", "drt-l"));
+  EXPECT_NE(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "narrow", "slim-paper"));
+  EXPECT_EQ(rowsOf(folder, "plain", "drt-l"), rowsOf(folder, "narrow", "drt-l"));
 
   EXPECT_EQ(summaryOf(folder, "plain")["options"].count("options"), 0u);
-  const auto options = summaryOf(folder, "no_vp")["options"];
-  EXPECT_EQ(options["options"], folder.file("no_vp.yaml"));
-  EXPECT_EQ(options["slim_init.slim_paper.use_vp"], 0);
+  const auto options = summaryOf(folder, "narrow")["options"];
+  EXPECT_EQ(options["options"], folder.file("narrow.yaml"));
+  EXPECT_EQ(options["slim_init.vanishing_point.inlier_threshold_deg"], 0.2);
   EXPECT_EQ(options["keyframes"], 10);
 }
 
@@ -510,9 +512,9 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
     EXPECT_FALSE(std::filesystem::exists(folder.file("out")));
   };
   refused("", "cannot be opened");
-  refused(
-      "%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
-      "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
+  refused("%YAML:1.0\nslim_init:\n  refinement: {use_linez: 0}\n",
+          "slim_init.refinement.use_linez is not a known key|`slim_init options --keys all` lists "
+          "them");
   // Good for an estimator, too long for the windows of this program.
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 16}\n",
           "slim_init.window.keyframes is 16|[4, 15]");

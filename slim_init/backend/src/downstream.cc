@@ -182,8 +182,8 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
                                    answer.states.end());
 
   const Calibration calibration = calibrationOf(sequence, answer);
-  SlidingWindowEstimator estimator(calibration);
-  Feed feed(sequence, calibration.td, &estimator);
+  const auto estimator = SlidingWindowEstimator::make(calibration);
+  Feed feed(sequence, calibration.td, estimator.get());
   int frame = -1;
   for (const NavState& state : seed) {
     frame = frameAt(sequence, calibration.td, state.t);
@@ -200,11 +200,11 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
   if (!dataReach(sequence, calibration.td, feed.timeOf(frame), seconds, &record)) return record;
 
   record.ran = true;
-  if (const FrameReport report = estimator.seed(seed); !report.ok()) {
+  if (const FrameReport report = estimator->seed(seed); !report.ok()) {
     diverge(report.problem, &record);
     return record;
   }
-  follow(sequence, seconds, frame, &feed, &estimator, &record);
+  follow(sequence, seconds, frame, &feed, estimator.get(), &record);
   return record;
 }
 

@@ -72,11 +72,9 @@ struct Link {
 BlockKey poseOf(const Frame& frame) { return {frame.id, BlockKind::kPose}; }
 BlockKey motionOf(const Frame& frame) { return {frame.id, BlockKind::kMotion}; }
 
-}  // namespace
-
-class SlidingWindowEstimator::Implementation {
+class Estimator : public SlidingWindowEstimator {
  public:
-  explicit Implementation(const Calibration& calibration)
+  explicit Estimator(const Calibration& calibration)
       : calibration_(calibration),
         gravity_w_(0.0, 0.0, -calibration.gravity_magnitude),
         loss_(kCauchySigmas) {
@@ -85,7 +83,7 @@ class SlidingWindowEstimator::Implementation {
     noise_.accel_density *= kAccelNoiseFactor;
   }
 
-  void addImu(const ImuSample& sample) {
+  void addImu(const ImuSample& sample) override {
     if (!std::isfinite(sample.t) || !sample.gyro.allFinite() || !sample.accel.allFinite() ||
         (!imu_.empty() && sample.t <= imu_.back().t)) {
       ++dropped_imu_;
@@ -95,7 +93,7 @@ class SlidingWindowEstimator::Implementation {
     if (frames_.empty()) trimImu(sample.t - kImuBuffer);
   }
 
-  void replaceImu(const std::vector<ImuSample>& samples) {
+  void replaceImu(const std::vector<ImuSample>& samples) override {
     if (samples.size() < 2) return;
     const auto before = [](const ImuSample& a, const ImuSample& b) { return a.t < b.t; };
     const auto first = std::lower_bound(imu_.begin(), imu_.end(), samples.front(), before);
@@ -104,7 +102,7 @@ class SlidingWindowEstimator::Implementation {
     imu_.insert(place, samples.begin(), samples.end());
   }
 
-  FrameReport addFrame(const FrameObservation& observation) {
+  FrameReport addFrame(const FrameObservation& observation) override {
     FrameReport report;
     report.problem = checkFrame(observation);
     if (!report.ok()) {
@@ -122,7 +120,7 @@ class SlidingWindowEstimator::Implementation {
     return report;
   }
 
-  FrameReport seed(const std::vector<NavState>& states) {
+  FrameReport seed(const std::vector<NavState>& states) override {
     FrameReport report;
     if (states.size() != frames_.size() || frames_.size() < 2) {
       report.problem = text(states.size(), " states for a window of ", frames_.size(),
@@ -142,25 +140,40 @@ class SlidingWindowEstimator::Implementation {
     return report;
   }
 
-  bool seeded() const { return seeded_; }
-  const Frames& frames() const { return frames_; }
-  std::int64_t droppedImu() const { return dropped_imu_; }
-  std::int64_t droppedFrames() const { return dropped_frames_; }
+  bool seeded() const override { return seeded_; }
+  std::int64_t droppedImu() const override { return dropped_imu_; }
+  std::int64_t droppedFrames() const override { return dropped_frames_; }
 
-  void overwrite(const std::vector<NavState>& states) {
+  std::vector<double> stamps() const override {
+    std::vector<double> stamps;
+    for (const auto& frame : frames_) stamps.push_back(frame->stamp);
+    return stamps;
+  }
+
+  std::vector<NavState> states() const override {
+    std::vector<NavState> states;
+    for (std::size_t k = 0; seeded_ && k < frames_.size(); ++k) {
+      states.push_back(frames_[k]->state());
+    }
+    return states;
+  }
+
+  NavState newest() const override { return seeded_ ? frames_.back()->state() : NavState(); }
+
+  void overwrite(const std::vector<NavState>& states) override {
     for (std::size_t k = 0; k < std::min(states.size(), frames_.size()); ++k) {
       frames_[k]->set(states[k]);
     }
   }
 
-  void unseed() {
+  void unseed() override {
     seeded_ = false;
     prior_ = Prior();
     anchor_.reset();
     points_.forgetDistances();
   }
 
-  void reset() {
+  void reset() override {
     frames_.clear();
     links_.clear();
     points_.clear();
@@ -521,48 +534,12 @@ class SlidingWindowEstimator::Implementation {
   std::int64_t dropped_frames_ = 0;
 };
 
-SlidingWindowEstimator::SlidingWindowEstimator(const Calibration& calibration)
-    : implementation_(std::make_unique<Implementation>(calibration)) {}
-SlidingWindowEstimator::~SlidingWindowEstimator() = default;
+}  // namespace
 
-void SlidingWindowEstimator::addImu(const ImuSample& sample) { implementation_->addImu(sample); }
-void SlidingWindowEstimator::replaceImu(const std::vector<ImuSample>& samples) {
-  implementation_->replaceImu(samples);
+std::unique_ptr<SlidingWindowEstimator> SlidingWindowEstimator::make(
+    const Calibration& calibration) {
+  return std::make_unique<Estimator>(calibration);
 }
-FrameReport SlidingWindowEstimator::addFrame(const FrameObservation& frame) {
-  return implementation_->addFrame(frame);
-}
-FrameReport SlidingWindowEstimator::seed(const std::vector<NavState>& states) {
-  return implementation_->seed(states);
-}
-bool SlidingWindowEstimator::seeded() const { return implementation_->seeded(); }
-
-std::vector<double> SlidingWindowEstimator::stamps() const {
-  std::vector<double> stamps;
-  for (const auto& frame : implementation_->frames()) stamps.push_back(frame->stamp);
-  return stamps;
-}
-
-std::vector<NavState> SlidingWindowEstimator::states() const {
-  std::vector<NavState> states;
-  if (!seeded()) return states;
-  for (const auto& frame : implementation_->frames()) states.push_back(frame->state());
-  return states;
-}
-
-NavState SlidingWindowEstimator::newest() const {
-  return seeded() ? implementation_->frames().back()->state() : NavState();
-}
-
-std::int64_t SlidingWindowEstimator::droppedImu() const { return implementation_->droppedImu(); }
-std::int64_t SlidingWindowEstimator::droppedFrames() const {
-  return implementation_->droppedFrames();
-}
-void SlidingWindowEstimator::overwrite(const std::vector<NavState>& states) {
-  implementation_->overwrite(states);
-}
-void SlidingWindowEstimator::unseed() { implementation_->unseed(); }
-void SlidingWindowEstimator::reset() { implementation_->reset(); }
 
 std::string detectFailure(const NavState& previous, const NavState& current,
                           const FrameReport& report) {

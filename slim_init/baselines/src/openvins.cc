@@ -29,8 +29,8 @@ double turnedDeg(const InitWindow& window) {
   return angle * kDegPerRad;
 }
 
-// Tracks in front of the pinhole, the longest ones where there is a bound on their number.
-std::vector<int> chooseTracks(const InitWindow& window, int max_features) {
+// Tracks in front of the pinhole.
+std::vector<int> chooseTracks(const InitWindow& window) {
   const std::vector<Track>& tracks = window.pointTracks();
   std::vector<int> chosen;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
@@ -39,11 +39,6 @@ std::vector<int> chooseTracks(const InitWindow& window, int max_features) {
         std::all_of(begin + tracks[t].begin, begin + tracks[t].end,
                     [](const WindowPoint& observation) { return observation.bearing.z() > 0.0; });
     if (in_front) chosen.push_back(static_cast<int>(t));
-  }
-  if (max_features > 0 && chosen.size() > static_cast<std::size_t>(max_features)) {
-    std::stable_sort(chosen.begin(), chosen.end(),
-                     [&](int a, int b) { return tracks[a].size() > tracks[b].size(); });
-    chosen.resize(max_features);
   }
   return chosen;
 }
@@ -138,7 +133,7 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   if (!startResult(window, &result)) return result;
 
   // Enough motion and enough tracks.
-  const std::vector<int> tracks = chooseTracks(window, openvins.max_features);
+  const std::vector<int> tracks = chooseTracks(window);
   if (!hasEnoughTracks(window, tracks, openvins, &result)) return result;
   const double turned_deg = turnedDeg(window);
   if (turned_deg < openvins.min_rotation_deg) {
@@ -174,15 +169,13 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
 
   // Maximum likelihood over states, biases and points.
   std::vector<NavState> states = statesOf(window, motion, R_b0_bk, solution);
-  if (openvins.max_iterations > 0) {
-    const bool converged = refine(window, pre, openvins, &states, &points);
-    clock.lap("maximum_likelihood");
-    if (!converged) {
-      fail(InitStatus::kNumericalFailure,
-           text("the refinement has not converged after ", openvins.max_iterations, " iterations"),
-           &result);
-      return result;
-    }
+  const bool converged = refine(window, pre, openvins, &states, &points);
+  clock.lap("maximum_likelihood");
+  if (!converged) {
+    fail(InitStatus::kNumericalFailure,
+         text("the refinement has not converged after ", openvins.max_iterations, " iterations"),
+         &result);
+    return result;
   }
   setResult(window, states, &result);
 

@@ -48,7 +48,6 @@ std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const Initiali
                                          const BaselineOptions& baseline_options,
                                          std::string* error, const std::vector<Method>& known) {
   std::string message = options.validate();
-  if (message.empty()) message = baseline_options.validate();
   if (message.empty()) {
     for (const Method& method : known) {
       if (method.name != name) continue;
@@ -65,9 +64,8 @@ std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const Initiali
 std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
                                               const Calibration& calibration,
                                               const InitializerOptions& options,
-                                              const BaselineOptions& baseline_options,
                                               std::string* error) {
-  std::unique_ptr<WindowSolver> solver = makeMethod(name, options, baseline_options, error);
+  std::unique_ptr<WindowSolver> solver = makeMethod(name, options, {}, error);
   if (solver == nullptr) return nullptr;
   return slim_init::makeInitializer(std::move(solver), calibration, options, error);
 }

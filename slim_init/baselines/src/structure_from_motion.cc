@@ -11,7 +11,6 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "slim_init/text.h"
 
@@ -20,7 +19,6 @@ namespace {
 
 // The release counts pixels in a virtual camera of this focal length.
 constexpr double kFocalPx = 460.0;
-constexpr int kMinFundamentalPoints = 8;
 
 struct View {
   int keyframe = 0;
@@ -108,22 +106,6 @@ int fivePointPose(const CommonPoints& common, const VinsOptions& options, Pose* 
   pose->R = toEigen(R);
   pose->t = vectorOf(t);
   return count;
-}
-
-// Which points agree with a fundamental matrix; empty where none was found.
-std::vector<unsigned char> fundamentalInliers(const std::vector<cv::Point2f>& from,
-                                              const std::vector<cv::Point2f>& to,
-                                              const VinsOptions& options) {
-  std::vector<unsigned char> inlier;
-  if (from.size() < kMinFundamentalPoints) return inlier;
-  try {
-    const cv::Mat F = cv::findFundamentalMat(from, to, cv::FM_RANSAC, options.tracking_threshold_px,
-                                             options.ransac_confidence, inlier);
-    if (F.empty()) inlier.clear();
-  } catch (const cv::Exception&) {
-    inlier.clear();
-  }
-  return inlier;
 }
 
 // Linear triangulation (Hartley and Zisserman 2004, section 12.2); false at infinity.
@@ -348,31 +330,6 @@ class Reconstruction {
 };
 
 }  // namespace
-
-std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options) {
-  const std::vector<WindowPoint>& observations = window.pointObservations();
-  std::vector<char> keep(observations.size(), kKeepObservation);
-  if (options.tracking_threshold_px <= 0.0) return keep;
-  for (int i = 0; i + 1 < window.size(); ++i) {
-    std::vector<cv::Point2f> from, to;
-    std::vector<int> arriving;  // index of the observation in i + 1
-    for (const Track& track : window.pointTracks()) {
-      for (int s = track.begin; s + 1 < track.end; ++s) {
-        if (observations[s].keyframe != i || observations[s + 1].keyframe != i + 1) continue;
-        const Eigen::Vector2d a = kFocalPx * onPlane(observations[s].bearing);
-        const Eigen::Vector2d b = kFocalPx * onPlane(observations[s + 1].bearing);
-        from.emplace_back(static_cast<float>(a.x()), static_cast<float>(a.y()));
-        to.emplace_back(static_cast<float>(b.x()), static_cast<float>(b.y()));
-        arriving.push_back(s + 1);
-      }
-    }
-    const std::vector<unsigned char> inlier = fundamentalInliers(from, to, options);
-    for (std::size_t k = 0; k < inlier.size(); ++k) {
-      if (inlier[k] == 0) keep[arriving[k]] = kStartTrack;
-    }
-  }
-  return keep;
-}
 
 StructureFromMotion reconstruct(const InitWindow& window, const VinsOptions& options) {
   StructureFromMotion out;

@@ -26,11 +26,6 @@ struct StructureFromMotion {
   bool valid() const { return status == InitStatus::kSuccess; }
 };
 
-/// The tracker's rejection: the observations that a fundamental matrix between consecutive
-/// keyframes (RANSAC) contradicts start a track anew. One ObservationVerdict
-/// (data/derived_window.h) per observation; all are kept with a threshold of zero.
-std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options);
-
 /// Reconstructs the window. Deterministic: the consensus searches draw from fixed seeds.
 StructureFromMotion reconstruct(const InitWindow& window, const VinsOptions& options);
 

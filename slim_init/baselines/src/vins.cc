@@ -1,11 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <memory>
 #include <vector>
 
 #include "compared_methods.h"
-#include "data/derived_window.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
@@ -81,13 +79,8 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   StageClock clock(&result);
   if (!startResult(window, &result)) return result;
 
-  // The tracker's outlier rejection, where it is asked for.
-  const std::shared_ptr<const InitWindow> tracks =
-      withObservations(window, rejectByFundamentalMatrix(window, vins));
-  clock.lap("outliers");
-
   // Camera poses up to scale by structure from motion (section V-A).
-  const StructureFromMotion sfm = reconstruct(*tracks, vins);
+  const StructureFromMotion sfm = reconstruct(window, vins);
   clock.lap("structure_from_motion");
   if (!sfm.valid()) {
     fail(sfm.status, sfm.message, &result);
@@ -103,7 +96,7 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   result.gyro_bias = calibrateGyroBias(window, R_b0_bk);
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, result.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
-  result.gates = motionGates(measureMotion(*tracks, pre, R_b0_bk), options.gates);
+  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
   clock.lap("gyro_bias");
 
   // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the

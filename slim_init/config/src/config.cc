@@ -119,7 +119,6 @@ void checkRanges(const Config& config) {
     fail(kSection, ".method is \"", config.method, "\", must be one of ", known);
   }
   std::string message = config.options.validate();
-  if (message.empty()) message = config.baselines.validate();
   if (message.empty()) message = config.front_end.validate();
   if (!message.empty()) fail(kSection, ".", message);
 
@@ -197,8 +196,7 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
 std::unique_ptr<IInitializer> makeLiveInitializer(const Config& config, std::string* error) {
   InitializerOptions options = config.options;
   options.limits = liveLimits(options.limits);
-  return baselines::makeInitializer(config.method, config.calibration, options, config.baselines,
-                                    error);
+  return baselines::makeInitializer(config.method, config.calibration, options, error);
 }
 
 OptionTable configTable(Config* config) {
@@ -210,7 +208,6 @@ OptionTable configTable(Config* config) {
   appendSection("calibration_sigmas", optionTable(&config->calibration.sigmas), {"slim"}, &table);
   appendSection("noise", optionTable(&config->calibration.imu_noise), {}, &table);
   appendSection("", optionTable(&config->options), {}, &table);
-  appendSection("", optionTable(&config->baselines), {}, &table);
   appendSection("", optionTable(&config->front_end), {}, &table);
   return table;
 }

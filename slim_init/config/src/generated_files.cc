@@ -19,14 +19,8 @@ namespace {
 constexpr std::size_t kColumns = 100;
 
 bool belongsTo(const OptionField& option, OptionKeys keys) {
-  const bool compared = isForComparedMethods(option);
-  switch (keys) {
-    case OptionKeys::kUser: return !compared && option.audience == Audience::kUser;
-    case OptionKeys::kAdvanced: return !compared && option.audience == Audience::kAdvanced;
-    case OptionKeys::kCompared: return compared;
-    case OptionKeys::kAll: return true;
-  }
-  return false;
+  const Audience audience = keys == OptionKeys::kUser ? Audience::kUser : Audience::kAdvanced;
+  return keys == OptionKeys::kAll || option.audience == audience;
 }
 
 template <typename Wanted>
@@ -214,12 +208,6 @@ constexpr char kAdvancedHead[] = R"(%YAML:1.0
 
 )";
 
-constexpr char kComparedHead[] = R"(%YAML:1.0
-# Keys that only the compared methods read, with the values of their papers and releases. A key that
-# the chosen method does not read gives a note. `slim_init options --update .` writes this file.
-
-)";
-
 // A text in quotes: OpenCV takes an empty one for no value at all.
 std::string writtenForHost(const OptionField& option) {
   const std::string text = written(option);
@@ -281,7 +269,6 @@ std::vector<GeneratedFile> generatedFiles() {
       {"config/template.yaml", templateYaml()},
       {"config/user.yaml", kUserFileHead + section(OptionKeys::kUser)},
       {"config/advanced.yaml", kAdvancedHead + section(OptionKeys::kAdvanced)},
-      {"config/compared_methods.yaml", kComparedHead + section(OptionKeys::kCompared)},
   };
 }
 

@@ -28,6 +28,18 @@ constexpr double kSameTime = 1e-6;
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 constexpr double kRadToDeg = 57.29577951308232;
 
+using Points = Eigen::Map<const Eigen::Matrix3Xd>;
+
+// One point a column.
+Points columnsOf(const std::vector<Eigen::Vector3d>& points) {
+  return Points(points.empty() ? nullptr : points.front().data(), 3,
+                static_cast<Eigen::Index>(points.size()));
+}
+
+Eigen::Matrix3Xd centred(const Points& points) {
+  return points.colwise() - Eigen::Vector3d(points.rowwise().mean());
+}
+
 // atan2 keeps small angles, which acos of a dot product loses.
 double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -89,13 +101,8 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
     return "alignment of " + std::to_string(n) + " points to " + std::to_string(target.size());
   }
   if (n < 2) return "alignment of " + std::to_string(n) + " points (minimum 2)";
-  Eigen::Matrix3Xd from(3, n), to(3, n);
-  for (std::size_t i = 0; i < n; ++i) {
-    from.col(i) = source[i];
-    to.col(i) = target[i];
-  }
-  const Eigen::Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
-  const Eigen::Matrix3Xd x = from.colwise() - from_mean, y = to.colwise() - to_mean;
+  const Points from = columnsOf(source), to = columnsOf(target);
+  const Eigen::Matrix3Xd x = centred(from), y = centred(to);
   const double spread = std::sqrt(x.squaredNorm() / static_cast<double>(n));
   // Finite values can still overflow.
   if (!std::isfinite(spread) || !std::isfinite(y.squaredNorm())) {
@@ -107,7 +114,7 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
   }
   similarity->R = Eigen::umeyama(x, y, /*with_scaling=*/false).topLeftCorner<3, 3>();
   similarity->s = y.cwiseProduct(similarity->R * x).sum() / x.squaredNorm();
-  similarity->t = to_mean - similarity->s * similarity->R * from_mean;
+  similarity->t = to.rowwise().mean() - similarity->s * similarity->R * from.rowwise().mean();
   return "";
 }
 
@@ -117,21 +124,13 @@ Eigen::Vector3d HeadingAlignment::apply(const Eigen::Vector3d& p) const {
 
 HeadingAlignment alignHeading(const std::vector<Eigen::Vector3d>& source,
                               const std::vector<Eigen::Vector3d>& target) {
-  const double n = static_cast<double>(source.size());
-  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero(), target_mean = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < source.size(); ++k) {
-    source_mean += source[k] / n;
-    target_mean += target[k] / n;
-  }
-  double sine = 0.0, cosine = 0.0;
-  for (std::size_t k = 0; k < source.size(); ++k) {
-    const Eigen::Vector3d a = source[k] - source_mean, b = target[k] - target_mean;
-    sine += a.x() * b.y() - a.y() * b.x();
-    cosine += a.x() * b.x() + a.y() * b.y();
-  }
+  const Points from = columnsOf(source), to = columnsOf(target);
+  const Eigen::Matrix3Xd x = centred(from), y = centred(to);
+  const double sine = x.row(0).dot(y.row(1)) - x.row(1).dot(y.row(0));
+  const double cosine = x.row(0).dot(y.row(0)) + x.row(1).dot(y.row(1));
   HeadingAlignment alignment;
   alignment.yaw = std::atan2(sine, cosine);
-  alignment.t = target_mean - alignment.apply(source_mean);
+  alignment.t = to.rowwise().mean() - alignment.apply(from.rowwise().mean());
   return alignment;
 }
 
@@ -164,24 +163,15 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   const Eigen::Matrix3d true_R_b0_w = truth.front().R_w_b.transpose();
   // A path of two seconds is nearly planar, so that the rotation of the similarity hides an
   // estimate that runs the wrong way. Seen from the first body it cannot hide.
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), true_mean = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < n; ++k) {
-    mean += estimated_p[k] / static_cast<double>(n);
-    true_mean += true_p[k] / static_cast<double>(n);
-  }
-  double agreement = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    agreement += (R_b0_w * (estimated_p[k] - mean)).dot(true_R_b0_w * (true_p[k] - true_mean));
-  }
-  double position_sum = 0.0;
+  const Points from = columnsOf(estimated_p), to = columnsOf(true_p);
+  const double agreement = (R_b0_w * centred(from)).cwiseProduct(true_R_b0_w * centred(to)).sum();
+  const Eigen::Matrix3Xd aligned = (similarity.s * similarity.R * from).colwise() + similarity.t;
   double speed_sum = 0.0;
   double velocity_sum = 0.0;
   const Eigen::Vector3d true_bias = meanGyroBias(truth);
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d& v = result.states[k].v_w_b;
     const Eigen::Vector3d& true_v = truth[k].v_w_b;
-    const Eigen::Vector3d aligned = similarity.s * similarity.R * estimated_p[k] + similarity.t;
-    position_sum += (true_p[k] - aligned).squaredNorm();
     const double speed_error = v.norm() - true_v.norm();
     speed_sum += speed_error * speed_error;
     velocity_sum += (R_b0_w * v - true_R_b0_w * true_v).squaredNorm();
@@ -190,7 +180,7 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   WindowMetrics computed;
   computed.scale = agreement < 0.0 ? -similarity.s : similarity.s;
   computed.scale_error = std::abs(computed.scale - 1.0);
-  computed.pose_rmse = std::sqrt(position_sum / count);
+  computed.pose_rmse = std::sqrt((to - aligned).squaredNorm() / count);
   computed.velocity_rmse = std::sqrt(speed_sum / count);
   computed.velocity_vec_rmse = std::sqrt(velocity_sum / count);
   computed.gravity_error_deg =

@@ -355,7 +355,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   result->has_truth = sequence.has_truth;
   result->has_downstream = static_cast<bool>(options.downstream);
   result->first_keyframes = options.first_keyframes;
-  result->shows_calibration = options.shows_calibration;
+  result->shows_calibration = options.rig.any();
   for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());

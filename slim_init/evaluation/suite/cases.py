@@ -25,31 +25,6 @@ MOTIONS = [Motion("corridor-walk", "corridor-walk", "corridor", 12, True),
            Motion("circle", "circle", "room", 100, False),
            Motion("figure-eight", "figure-eight", "room", 100, False)]
 
-# Errors of the rig: what a hand-held calibration is off by, and more; a phone's readout time; an
-# IMU at half the rate, not synchronised, over a busy bus.
-TD_ERRORS_MS = (0, 10, 20, 40)
-ROTATION_ERRORS_DEG = (0, 1, 2, 4, 8)
-READOUT_S = "0.033"
-RIG_MOTION = "figure-eight"
-
-Rig = namedtuple("Rig", "name arguments simulated_only")
-
-
-def _rig_list():
-    rigs = [Rig("td%d_rot%d" % (td, deg), ["--td-error", "%g" % (1e-3 * td), "--extrinsic-error",
-                                           str(deg)], False)
-            for td in TD_ERRORS_MS for deg in ROTATION_ERRORS_DEG]
-    readout = ["--readout", READOUT_S]  # of images it is what it is
-    return rigs + [
-        Rig("random", ["--td-error", "0.05", "--extrinsic-error", "10", "--random-rig"], False),
-        Rig("readout", readout, True),
-        Rig("readout_off", readout + ["--readout-error", "0.005"], True),
-        Rig("readout_undeclared", readout + ["--readout-error", "-" + READOUT_S], True),
-        Rig("imu", ["--imu-rate", "100", "--imu-jitter", "0.002", "--imu-dropout", "0.01"], False)]
-
-
-RIGS = _rig_list()
-
 # As EuRoC's files are named; the first five letters are the paper's name.
 EUROC = ["MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult", "MH_05_difficult",
          "V1_01_easy", "V1_02_medium", "V1_03_difficult", "V2_01_easy", "V2_02_medium",
@@ -76,18 +51,14 @@ def find_program(config, suite_folder):
     """The program slim_init: that of the configuration, of the build folder or the installation
     that this suite belongs to, or of PATH."""
     given = config.get("program") or ""
-    if given:
-        if shutil.which(given) is None:
-            raise ConfigError("program: %s is not a program" % given)
-        return given
-    for place in ("../../../build/bin/slim_init",  # slim_init/evaluation/suite of the sources
-                  "../../../bin/slim_init"):       # share/slim_init/suite of an installation
-        path = os.path.normpath(os.path.join(suite_folder, place))
-        if os.access(path, os.X_OK):
-            return path
-    found = shutil.which("slim_init")
+    places = [os.path.normpath(os.path.join(suite_folder, place)) for place in (
+        "../../../build/bin",  # slim_init/evaluation/suite of the sources
+        "../../../bin")]       # share/slim_init/suite of an installation
+    found = shutil.which(given or "slim_init",
+                         path=os.pathsep.join(places + [os.environ.get("PATH", "")]))
     if found is None:
-        raise ConfigError("program: no slim_init in the build folder of this source or in PATH; "
+        raise ConfigError("program: %s is not a program" % given if given else
+                          "program: no slim_init in the build folder of this source or in PATH; "
                           "name it with --config program=FILE")
     return found
 
@@ -194,17 +165,6 @@ def _euroc(config, notes):
         notes.append("euroc: not found: " + ", ".join(missing))
 
 
-def _rigs(plain):
-    """Every rig on figure-eight and on all that was recorded; named rigs/SEQUENCE/RIG."""
-    for name, arguments, files, _ in plain:
-        sequence = name.split("/")[-1]
-        if name.startswith("simulated/") and sequence != RIG_MOTION:
-            continue
-        for rig in RIGS:
-            if not (rig.simulated_only and name.startswith("images/")):
-                yield "rigs/%s/%s" % (name.replace("/", "-"), rig.name), arguments + rig.arguments, files
-
-
 def _growing(plain):
     """Every method solving at every image until it accepts; named growing/SEQUENCE."""
     for name, arguments, files, _ in plain:
@@ -228,8 +188,6 @@ def list_cases(config):
                   for name, arguments, files, ablation in plain if ablation]
     else:
         notes.append("no ablation: none of the methods has variants")
-    if switched_on(config.get("rigs")):
-        cases += [Case(name, arguments + common, files) for name, arguments, files in _rigs(plain)]
     if switched_on(config.get("growing")):
         growing = _common(config, False, fixed=False)
         cases += [Case(name, arguments + growing, files)

@@ -12,33 +12,21 @@ using Eigen::Vector3d;
 // ---------------------------------------------------------------------------------- on the walls
 
 Look posterLook(Random* random) {
+  static constexpr struct {
+    Pattern pattern;
+    double least_m, largest_m, most_deg;
+  } kKinds[] = {{Pattern::kMosaic, 0.05, 0.18, 0.0},
+                {Pattern::kMosaic, 0.12, 0.3, 0.0},
+                {Pattern::kGranite, 0.4, 1.0, 0.0},
+                {Pattern::kChecker, 0.08, 0.2, 90.0},
+                {Pattern::kStripes, 0.06, 0.2, 180.0}};
   Look look;
   look.dark = random->uniform(0.05, 0.2);
   look.bright = random->uniform(0.5, 0.9);
-  switch (random->index(5)) {
-    case 0:
-      look.pattern = Pattern::kMosaic;
-      look.size_m = random->uniform(0.05, 0.18);
-      break;
-    case 1:
-      look.pattern = Pattern::kMosaic;
-      look.size_m = random->uniform(0.12, 0.3);
-      break;
-    case 2:
-      look.pattern = Pattern::kGranite;
-      look.size_m = random->uniform(0.4, 1.0);
-      break;
-    case 3:
-      look.pattern = Pattern::kChecker;
-      look.size_m = random->uniform(0.08, 0.2);
-      look.angle_deg = random->uniform(0.0, 90.0);
-      break;
-    default:
-      look.pattern = Pattern::kStripes;
-      look.size_m = random->uniform(0.06, 0.2);
-      look.angle_deg = random->uniform(0.0, 180.0);
-      break;
-  }
+  const auto& kind = kKinds[random->index(5)];
+  look.pattern = kind.pattern;
+  look.size_m = random->uniform(kind.least_m, kind.largest_m);
+  if (kind.most_deg > 0.0) look.angle_deg = random->uniform(0.0, kind.most_deg);
   return look;
 }
 

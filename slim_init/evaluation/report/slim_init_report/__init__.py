@@ -8,7 +8,6 @@ Where to change what:
 
     data.py            what is read: windows.csv and summary.json of a run
     statistics.py      every number of a table, from the rows of windows.csv
-    bootstrap.py       differences between methods with 95 % intervals
     tables.py          a table: cells, best figure of a column, width
     method_tables.py   the columns of the tables with a row per method
     suite_tables.py    the paper's tables I to IV and Fig. 6

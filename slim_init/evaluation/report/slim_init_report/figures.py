@@ -112,50 +112,27 @@ def start_outcomes(panels, outcomes, path):
     _save(figure, path)
 
 
-def waiting_times(rows, growing):
-    """Per window of one method [s]: the data from its first keyframe to the end of the first
-    accepted estimate, and whether that is correct (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
-    if none is accepted.
-
-    growing: windows that expand until the method accepts, so that each has its own estimate. Else
-    a user is taken to start at each window and to be given one window after the other."""
-    rows = rows.sort_values("t_start_s")
-    start, accepted = rows["t_start_s"].to_numpy(), (rows["status"] == "success").to_numpy()
-    end = start + rows["answer_s"].to_numpy()
-    right = (rows["scale_error"] < RIGHT_SCALE_ERROR).to_numpy()
-    wait, good = numpy.full(len(rows), numpy.inf), numpy.zeros(len(rows), dtype=bool)
-    found = None
-    for i in range(len(rows) - 1, -1, -1):
-        found = i if accepted[i] else (None if growing else found)
-        if found is not None:
-            wait[i], good[i] = end[found] - start[i], right[found]
-    return wait, good
-
-
-def first_answer(windows, path, growing):
-    """Fraction of the starts after which a method has accepted an estimate within x seconds; dashed: a
-    right one."""
+def first_answer(windows, path):
+    """Fraction of the starts after which a method has accepted an estimate within x seconds of
+    data, of windows that expand until it does; dashed: a right one."""
     colors = _colors(methods_of(windows))
-    answers = {}
-    for method in colors:
-        of_method = windows[windows["method"] == method].groupby("run", sort=False)
-        found = [waiting_times(rows, growing) for _, rows in of_method]
-        answers[method] = [numpy.concatenate(parts) for parts in zip(*found)]
-    known = finite(numpy.concatenate([wait for wait, _ in answers.values()]))
-    if not len(known):
+    accepted = windows[windows["status"] == "success"]
+    if accepted.empty:
         return ""
-    right_end = 1.05 * known.max()
+    right_end = 1.05 * accepted["answer_s"].max()
     figure, axis = pyplot.subplots(figsize=(7.5, 4.2))
-    for method, (wait, good) in answers.items():
-        curves = [(wait, "-", method)]
+    for method, color in colors.items():
+        starts = (windows["method"] == method).sum()
+        rows = accepted[accepted["method"] == method]
+        curves = [(rows, "-", method)]
         if windows["has_truth"].all():
-            curves.append((wait[good], "--", None))
-        for values, style, label in curves:
-            values = numpy.sort(finite(values))
-            share = 100.0 * numpy.arange(1, len(values) + 1) / len(wait)
+            curves.append((rows[rows["scale_error"] < RIGHT_SCALE_ERROR], "--", None))
+        for of_curve, style, label in curves:
+            values = numpy.sort(of_curve["answer_s"])
+            share = 100.0 * numpy.arange(1, len(values) + 1) / starts
             axis.step(numpy.concatenate([[0.0], values, [right_end]]),
                       numpy.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]]), style,
-                      where="post", color=colors[method], label=label, linewidth=1.3)
+                      where="post", color=color, label=label, linewidth=1.3)
     axis.set_xlim(0.0, right_end)
     axis.set_ylim(0.0, 101.0)
     axis.set_xlabel("time to the first accepted estimate [s]; dashed: and |s - 1| < %g" %
@@ -164,17 +141,15 @@ def first_answer(windows, path, growing):
     axis.grid(True, alpha=0.25)
     _legend(figure, [axis])
     _save(figure, path)
-    return ("Time to the first accepted estimate, " +
-            ("windows expanding until the method accepts" if growing else
-             "from a start at any window, one window after the other") +
-            "; dashed: accepted and |s - 1| < 0.1")
+    return ("Time to the first accepted estimate, windows expanding until the method accepts; "
+            "dashed: accepted and |s - 1| < 0.1")
 
 
 def draw(windows, out, growing, prefix=""):
     """All pictures of one run, or of several together, into the folder `out`; prefix begins their
-    files' names. Returns pairs of file and caption."""
+    files' names; growing: with that of the first estimates. Returns pairs of file and caption."""
     pictures = {"error_cdf.png": error_cdf, "solve_time.png": solve_time,
-                "first_answer.png": lambda rows, path: first_answer(rows, path, growing)}
+                "first_answer.png": first_answer if growing else lambda *_: ""}
     drawn = []
     for name, picture in pictures.items():
         path = os.path.join(out, prefix + name)

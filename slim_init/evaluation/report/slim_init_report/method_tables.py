@@ -2,6 +2,8 @@
 """The columns of tables with a row per method, and these tables."""
 from dataclasses import dataclass
 
+from .data import methods_of
+from .statistics import reduced
 from .tables import Table, count, number
 
 FEW_WINDOWS = "\u2020"  # a dagger
@@ -9,7 +11,7 @@ FEW_WINDOWS = "\u2020"  # a dagger
 
 @dataclass
 class Column:
-    """A figure of one method over one set of windows; `key` as in statistics.py."""
+    """A figure of one method over one set of windows; `key` of statistics.Summary."""
     title: str
     key: str
     pattern: str = "%.4f"
@@ -19,7 +21,7 @@ class Column:
     dagger: bool = False      # marked where fewer than half of the windows are successful
 
     def cell(self, summary):
-        """The cell of a method; summary: a row of statistics.summarize()."""
+        """The cell of a method."""
         if self.pattern == "%d":
             return count(summary[self.key])
         cell = number(self.pattern, summary[self.key], self.factor)
@@ -38,92 +40,88 @@ def plain(title, key, pattern="%d"):
     return Column(title, key, pattern, best="", needs_truth=False)
 
 
-ACCURACY = [percent("success %", "success_rate"),
-            Column("scale rmse", "scale_rmse"), Column("scale median", "scale_median"),
-            Column("scale p90", "scale_p90"), Column("gravity deg", "gravity_rmse_deg", "%.3f"),
-            Column("speed m/s", "velocity_rmse"), Column("velocity m/s", "velocity_vec_rmse"),
-            Column("pose m", "pose_rmse"), Column("gyro bias %", "gyro_bias_err_pct", "%.2f"),
+ACCURACY = [percent("success %", "success/windows"),
+            Column("scale rmse", "success.scale_error.rmse"),
+            Column("scale median", "success.scale_error.median"),
+            Column("scale p90", "success.scale_error.p90"),
+            Column("gravity deg", "success.gravity_error_deg.rmse", "%.3f"),
+            Column("speed m/s", "success.velocity_rmse.rmse"),
+            Column("velocity m/s", "success.velocity_vec_rmse.rmse"),
+            Column("pose m", "success.pose_rmse.rmse"),
+            Column("gyro bias %", "success.gyro_bias_err_pct.rmse", "%.2f"),
             plain("accepted", "accepted"),
-            percent("of them |s-1| < 0.1, %", "accepted_within_0_1_rate"),
-            plain("solve ms", "solve_cpu_ms_median", "%.3f")]
+            percent("of them |s-1| < 0.1, %", "within_0_1/accepted"),
+            plain("solve ms", "attempted.solve_cpu_ms.median", "%.3f")]
 
-ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
-            plain("time to accept s, median", "accept_s_median", "%.2f"),
-            plain("time to accept s, p90", "accept_s_p90", "%.2f"),
-            plain("keyframes, median", "accept_keyframes_median", "%.0f"),
-            Column("scale rmse", "accepted_scale_rmse"),
-            Column("scale median", "accepted_scale_median"),
-            Column("largest", "accepted_scale_error_max"),
-            percent("|s-1| < 0.1, %", "accepted_within_0_1_rate"),
-            percent("< 0.5 %", "accepted_within_0_5_rate"),
-            Column("gravity deg", "accepted_gravity_rmse_deg", "%.3f"),
-            Column("speed m/s", "accepted_velocity_rmse")]
+TO_ACCEPT = [percent("accepted %", "accepted/windows", "", False),
+             plain("time to accept s, median", "accepted.answer_s.median", "%.2f"),
+             plain("time to accept s, p90", "accepted.answer_s.p90", "%.2f")]
+SCALE_RMSE = Column("scale rmse", "evaluated.scale_error.rmse")
+LARGEST = Column("largest", "evaluated.scale_error.max")
+OVER_SIGMA = Column("error/sigma", "evaluated.scale_error/scale_sigma.rmse", "%.2f", best="")
 
-FIRST_ANSWER = [percent("within 10 %, % of all", "right_rate"),
-                plain("beyond 25 %", "accepted_beyond_0_25"),
-                plain("time to estimate within 10 % s, median", "right_s_median", "%.2f"),
-                plain("time to estimate within 10 % s, p90", "right_s_p90", "%.2f"),
-                percent("accepted %", "accepted_rate", "", False),
-                plain("time to accept s, median", "accept_s_median", "%.2f"),
-                plain("time to accept s, p90", "accept_s_p90", "%.2f"),
-                percent("of them |s-1| < 0.1, %", "accepted_within_0_1_rate"),
-                Column("largest", "accepted_scale_error_max"),
-                Column("scale rmse", "accepted_scale_rmse"),
-                Column("error/sigma", "accepted_scale_over_sigma", "%.2f", best="")]
+ACCEPTED = TO_ACCEPT + [plain("keyframes, median", "accepted.answer_keyframes.median", "%.0f"),
+                        SCALE_RMSE, Column("scale median", "evaluated.scale_error.median"), LARGEST,
+                        percent("|s-1| < 0.1, %", "within_0_1/accepted"),
+                        percent("< 0.5 %", "within_0_5/accepted"),
+                        Column("gravity deg", "evaluated.gravity_error_deg.rmse", "%.3f"),
+                        Column("speed m/s", "evaluated.velocity_rmse.rmse")]
 
-CALIBRATION = [percent("accepted %", "accepted_rate", "", False),
-               Column("scale rmse", "accepted_scale_rmse"),
-               Column("error/sigma", "accepted_scale_over_sigma", "%.2f", best=""),
-               Column("td ms", "accepted_td_rmse_ms", "%.2f"),
-               Column("error/sigma", "accepted_td_over_sigma", "%.2f", best=""),
-               Column("rotation deg", "accepted_rotation_rmse_deg", "%.3f"),
-               Column("error/sigma", "accepted_rotation_over_sigma", "%.2f", best=""),
-               Column("readout ms", "accepted_readout_rmse_ms", "%.2f")]
+FIRST_ANSWER = [percent("within 10 %, % of all", "within_0_1/windows"),
+                plain("beyond 25 %", "beyond_0_25"),
+                plain("time to estimate within 10 % s, median", "within_0_1.answer_s.median", "%.2f"),
+                plain("time to estimate within 10 % s, p90", "within_0_1.answer_s.p90", "%.2f")
+                ] + TO_ACCEPT + [percent("of them |s-1| < 0.1, %", "within_0_1/accepted"), LARGEST,
+                                 SCALE_RMSE, OVER_SIGMA]
 
-DOWNSTREAM = [plain("runs", "downstream_runs"),
-              percent("diverged %", "downstream_divergence_rate", "lowest", False),
-              Column("ATE m, median", "downstream_ate_median", "%.3f"),
-              Column("ATE m, p90", "downstream_ate_p90", "%.3f"),
-              Column("final scale error, median", "downstream_scale_median"),
-              Column("final scale error, p90", "downstream_scale_p90")]
+CALIBRATION = [TO_ACCEPT[0], SCALE_RMSE, OVER_SIGMA,
+               Column("td ms", "evaluated.td_error_ms.rmse", "%.2f"),
+               Column("error/sigma", "evaluated.td_error_ms/td_sigma_ms.rmse", "%.2f", best=""),
+               Column("rotation deg", "evaluated.rotation_error_deg.rmse", "%.3f"),
+               Column("error/sigma", "evaluated.rotation_over_sigma.rmse", "%.2f", best=""),
+               Column("readout ms", "evaluated.readout_error_ms.rmse", "%.2f")]
 
-TIME = [plain("windows", "attempted"),
-        Column("CPU ms, median", "solve_cpu_ms_median", "%.3f", needs_truth=False),
-        Column("CPU ms, mean", "solve_cpu_ms_mean", "%.3f", needs_truth=False),
-        Column("CPU ms, p90", "solve_cpu_ms_p90", "%.3f", needs_truth=False),
-        plain("wall ms, median", "solve_ms_median", "%.3f")]
+DOWNSTREAM = [plain("runs", "downstream"),
+              percent("diverged %", "diverged/downstream", "lowest", False)] + [
+    Column("%s, %s" % (title, what), "downstream.%s.%s" % (column, what), pattern)
+    for title, column, pattern in (("ATE m", "downstream_ate", "%.3f"),
+                                   ("final scale error", "downstream_scale_error", "%.4f"))
+    for what in ("median", "p90")]
+
+TIME = [plain("windows", "attempted")] + [
+    Column("CPU ms, " + what, "attempted.solve_cpu_ms." + what, "%.3f", needs_truth=False)
+    for what in ("median", "mean", "p90")] + [
+    plain("wall ms, median", "attempted.solve_ms.median", "%.3f")]
 
 VERDICTS = [plain("windows", "windows"), plain("with estimate", "attempted"),
-            Column("success", "success", "%d", best=""), plain("accepted", "accepted"),
-            plain("waiting", "waiting"), plain("refused", "refused"), plain("failed", "failed"),
-            Column("accepted < 0.1 off", "accepted_within_0_1", "%d", best=""),
-            Column("accepted >= 0.5 off", "accepted_beyond_0_5", "%d", best=""),
-            Column("largest accepted error", "accepted_scale_error_max", "%.3f", best="")]
+            Column("success", "success", "%d", best="")] + [
+    plain(name, name) for name in ("accepted", "waiting", "refused", "failed")] + [
+    Column("accepted < 0.1 off", "within_0_1", "%d", best=""),
+    Column("accepted >= 0.5 off", "beyond_0_5", "%d", best=""),
+    Column("largest accepted error", "evaluated.scale_error.max", "%.3f", best="")]
 
-DETAIL = [plain("windows", "windows"), percent("success %", "success_rate")] + [
-    Column("%s %s" % (title, what), "%s_%s%s" % (key, what, unit), pattern, dagger=True)
-    for title, key, unit, pattern in (("scale", "scale", "", "%.4f"),
-                                      ("gravity deg", "gravity", "_deg", "%.3f"),
-                                      ("velocity m/s", "velocity", "", "%.4f"),
-                                      ("pose m", "pose", "", "%.4f"))
+DETAIL = [plain("windows", "windows"), percent("success %", "success/windows")] + [
+    Column("%s %s" % (title, what), "success.%s.%s" % (column, what), pattern, dagger=True)
+    for title, column, pattern in (("scale", "scale_error", "%.4f"),
+                                   ("gravity deg", "gravity_error_deg", "%.3f"),
+                                   ("velocity m/s", "velocity_rmse", "%.4f"),
+                                   ("pose m", "pose_rmse", "%.4f"))
     for what in ("rmse", "median", "p90")]
 
 
 def method_table(columns, summaries, has_truth=True, title=""):
-    """A row per method; summaries: of statistics.summarize(), a row per method."""
+    """A row per method; summaries: of statistics.summarize()."""
     return named_table(columns, [((), summaries)], ["method"], has_truth, title)
 
 
 def named_table(columns, blocks, names, has_truth=True, title=""):
     """A row per method of every block, the best of each block marked. blocks: pairs of the names
-    that stand before the method's and a table of statistics.summarize()."""
+    that stand before the method's and the dict of statistics.summarize()."""
     shown = [column for column in columns if has_truth or not column.needs_truth]
     table = Table(names + [column.title for column in shown], names=len(names), title=title)
     for block, summaries in blocks:
         first = len(table.rows)
-        for method, summary in summaries.iterrows():
-            summary = summary.copy()
-            summary["accepted_beyond_0_5"] = summary["accepted"] - summary["accepted_within_0_5"]
+        for method, summary in summaries.items():
             table.add(*block, method, *[column.cell(summary) for column in shown])
         for c, column in enumerate(shown, start=len(names)):
             if column.best:
@@ -131,23 +129,24 @@ def named_table(columns, blocks, names, has_truth=True, title=""):
     return table
 
 
-def difference_table(comparisons, reference, title=""):
-    """A row per method; bold where zero is outside the interval, which stands below the value."""
-    columns = (("success %", "success_rate", "%+.1f", 100.0),
-               ("scale rmse", "scale_rmse", "%+.3f", 1.0),
-               ("gravity deg", "gravity_rmse_deg", "%+.2f", 1.0),
-               ("velocity m/s", "velocity_rmse", "%+.3f", 1.0),
-               ("pose m", "pose_rmse", "%+.3f", 1.0))
-    table = Table(["method minus %s" % reference, "windows", "both succeed"] +
-                  [title for title, _, _, _ in columns], title=title)
-    for comparison in comparisons:
-        cells = [count(comparison.windows), count(comparison.both_success)]
-        for _, key, pattern, factor in columns:
-            interval = comparison.intervals[key]
-            cell = number(pattern, interval.value, factor)
-            low, high = (number(pattern, bound, factor) for bound in (interval.low, interval.high))
-            cell.beside = "" if "-" in (low.text, high.text) else "%s to %s" % (low.text, high.text)
-            cell.best = interval.significant
-            cells.append(cell)
-        table.add(comparison.method, *cells)
+def difference_table(windows, reference, title=""):
+    """A row per method: its figures minus those of the reference on the windows of both, errors over
+    those in which both succeed. No row where no sequence with ground truth has the reference."""
+    errors = (("scale rmse", "scale_error", "%+.3f"), ("gravity deg", "gravity_error_deg", "%+.2f"),
+              ("velocity m/s", "velocity_rmse", "%+.3f"), ("pose m", "pose_rmse", "%+.3f"))
+    table = Table(["method minus %s" % reference, "windows", "both succeed", "success %"] +
+                  [name for name, _, _ in errors], title=title)
+    known = windows[windows["has_truth"]].set_index(["run", "trial"])
+    known = known.assign(ok=known["attempted"] & known["success"])
+    own = known[known["method"] == reference]
+    for method in methods_of(known):
+        pairs = known[known["method"] == method].join(own, rsuffix="_own", how="inner")
+        if method == reference or pairs.empty:
+            continue
+        both = pairs[pairs["ok"] & pairs["ok_own"]]
+        table.add(method, count(len(pairs)), count(len(both)),
+                  number("%+.1f", pairs["ok"].mean() - pairs["ok_own"].mean(), 100.0),
+                  *[number(pattern, reduced(both[column], "rmse") -
+                           reduced(both[column + "_own"], "rmse"))
+                    for _, column, pattern in errors])
     return table

@@ -1,6 +1,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""What the SLIM-init paper printed, to stand beside what is measured here. NaN where it printed
-nothing. Methods go by the names of this program; the paper's own method is `slim-paper`."""
+"""What the SLIM-init paper printed (paper_figures.json), to stand beside what is measured here.
+Methods go by the names of this program; the paper's own method is `slim-paper`."""
 import json
 import math
 import os
@@ -16,32 +16,11 @@ def sequence_of(name):
     return name[:5] if name[:5] in SEQUENCES else ""
 
 
-def accuracy(key, method, sequence):
-    """Table I; key: "scale_rmse", "gravity_rmse_deg", "velocity_rmse" or "pose_rmse"."""
-    row = FIGURES["table_1"].get(key, {}).get(method)
-    return row[SEQUENCES.index(sequence)] if row and sequence in SEQUENCES else math.nan
-
-
-def success_pct(method, group):
-    """Table II [%]; group: "Machine Hall", "Vicon Room 1" or "Vicon Room 2"."""
-    return FIGURES["table_2_success_pct"].get(group, {}).get(method, math.nan)
-
-
-def degenerate(key, method):
-    """Table III, the average over C_01 to C_03: handheld walks through corridors and a lobby."""
-    return FIGURES["table_3_average"].get(method, {}).get(key, math.nan)
-
-
-def ablation(key, variant):
-    """Table IV, the same average; variant: "slim-paper[no-lines]"."""
-    return FIGURES["table_4_average"].get(variant, {}).get(key, math.nan)
-
-
-def gyro_bias_pct(variant):
-    """EuRoC's average, in the section on the ablation [%]."""
-    return FIGURES["gyro_bias_err_pct"].get(variant, math.nan)
-
-
-def solve_ms(method):
-    """EuRoC's mean, in the text to Fig. 6, on an i9-12900K [ms]."""
-    return FIGURES["figure_6_solve_ms"].get(method, math.nan)
+def printed(*path):
+    """A figure by the keys of the file; a list has one for each sequence. NaN where it printed
+    nothing."""
+    value = FIGURES
+    for key in path:
+        value = dict(zip(SEQUENCES, value)) if isinstance(value, list) else value
+        value = value.get(key, {})
+    return math.nan if value == {} else value

@@ -1,6 +1,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The report of one run of `slim_init ab`. Its text is in templates/run.j2."""
-from . import bootstrap, figures, render, statistics
+from . import figures, render, statistics
 from .data import methods_of
 from .method_tables import (ACCEPTED, ACCURACY, CALIBRATION, DOWNSTREAM, FIRST_ANSWER, TIME, difference_table,
                             method_table)
@@ -64,7 +64,7 @@ def build(run, out):
     methods = methods_of(run.windows)
     differences = None
     if run.has_truth and REFERENCE in methods and len(methods) > 1 and not run.is_ablation:
-        differences = difference_table(bootstrap.compare(run.windows, REFERENCE), REFERENCE)
+        differences = difference_table(run.windows, REFERENCE)
     windows = run.windows.drop_duplicates("trial")
     return {
         "title": "A/B initialization on %s" % run.info.get("dataset", run.name),

@@ -23,113 +23,65 @@ def finite(values):
     return array[numpy.isfinite(array)]
 
 
-def root_mean_square(values):
-    """NaN for no value."""
+# Of the finite values. Quantiles interpolate between neighbours.
+REDUCTIONS = {"rmse": lambda values: numpy.sqrt(numpy.mean(values ** 2)), "mean": numpy.mean,
+              "median": numpy.median, "p90": lambda values: numpy.percentile(values, 90.0),
+              "max": numpy.max}
+# Sets of windows that are not known without ground truth.
+OF_TRUTH = ("success", "within_0_1", "within_0_5")
+
+
+def reduced(values, reduction):
+    """NaN for no finite value."""
     values = finite(values)
-    return float(numpy.sqrt(numpy.mean(values ** 2))) if len(values) else numpy.nan
+    return float(REDUCTIONS[reduction](values)) if len(values) else numpy.nan
 
 
-def mean(values):
-    """NaN for no value."""
-    values = finite(values)
-    return float(numpy.mean(values)) if len(values) else numpy.nan
+class Summary:
+    """The windows of one method, by what became of them. Its figures are, for example:
 
+    summary["accepted"]                  their number
+    summary["accepted/windows"]          the fraction; NaN of nothing, and of errors without ground truth
+    summary["accepted.answer_s.p90"]     of the finite values of a column; NaN for none
+    summary["accepted.td_error_ms/td_sigma_ms.rmse"]  of the quotients of two columns
+    """
 
-def quantile(values, share):
-    """Order statistic with linear interpolation between neighbours; NaN for no value."""
-    values = finite(values)
-    return float(numpy.percentile(values, 100.0 * share)) if len(values) else numpy.nan
+    def __init__(self, rows):
+        attempted, accepted = rows[rows["attempted"]], rows[rows["status"] == "success"]
+        # An error exists where the answer could be compared with the truth.
+        evaluated = accepted[numpy.isfinite(accepted["scale_error"])]
+        downstream = accepted[accepted["downstream"]]
+        self.has_truth = bool(rows["has_truth"].all())
+        self.sets = {
+            "windows": rows, "attempted": attempted, "success": attempted[attempted["success"]],
+            "accepted": accepted, "evaluated": evaluated,
+            "within_0_1": evaluated[evaluated["scale_error"] < 0.1],
+            "within_0_5": evaluated[evaluated["scale_error"] < 0.5],
+            "beyond_0_25": evaluated[evaluated["scale_error"] > 0.25],
+            "beyond_0_5": accepted[~(accepted["scale_error"] < 0.5)],
+            "downstream": downstream, "diverged": downstream[downstream["downstream_diverged"]],
+            "waiting": rows[rows["status"].isin(WAITING)],
+            "refused": rows[rows["status"].isin(REFUSED)],
+            "failed": rows[~rows["status"].isin(("success",) + WAITING + REFUSED)]}
 
-
-def median(values):
-    """The mean of the middle two for an even count; NaN for no value."""
-    return quantile(values, 0.5)
-
-
-def ratio(part, whole):
-    """NaN where the whole is nothing."""
-    return part / whole if whole else numpy.nan
-
-
-def summarize_method(rows):
-    """The statistics by key of one method over the windows in `rows`."""
-    attempted = rows[rows["attempted"]]
-    success = attempted[attempted["success"]]
-    accepted = rows[rows["status"] == "success"]
-    # An error exists where the answer could be compared with the truth.
-    evaluated = accepted[numpy.isfinite(accepted["scale_error"])]
-    downstream = accepted[accepted["downstream"]]
-    has_truth = bool(rows["has_truth"].all())
-    within = {bound: int((evaluated["scale_error"] < bound).sum()) for bound in (0.1, 0.5)}
-    s = {"windows": len(rows), "attempted": len(attempted), "success": len(success),
-         "success_rate": ratio(len(success), len(rows)) if has_truth else numpy.nan}
-
-    # Over successful windows.
-    for key, column in (("scale", "scale_error"), ("gravity", "gravity_error_deg"),
-                        ("velocity", "velocity_rmse"), ("pose", "pose_rmse")):
-        unit = "_deg" if key == "gravity" else ""
-        s[key + "_rmse" + unit] = root_mean_square(success[column])
-        s[key + "_median" + unit] = median(success[column])
-        s[key + "_p90" + unit] = quantile(success[column], 0.9)
-    s["velocity_vec_rmse"] = root_mean_square(success["velocity_vec_rmse"])
-    s["gyro_bias_err_pct"] = root_mean_square(success["gyro_bias_err_pct"])
-    s["gyro_bias_vec_rmse"] = root_mean_square(success["gyro_bias_vec_err"])
-
-    # Over windows that the method itself accepted.
-    s["accepted"] = len(accepted)
-    s["accepted_within_0_1"], s["accepted_within_0_5"] = within[0.1], within[0.5]
-    s["accepted_beyond_0_25"] = int((evaluated["scale_error"] > 0.25).sum())
-    for key in ("0_1", "0_5"):
-        rate = ratio(s["accepted_within_" + key], len(accepted))
-        s["accepted_within_%s_rate" % key] = rate if has_truth else numpy.nan
-    s["accepted_scale_error_max"] = quantile(evaluated["scale_error"], 1.0)
-    s["accepted_rate"] = ratio(len(accepted), len(rows))
-    s["accepted_scale_rmse"] = root_mean_square(evaluated["scale_error"])
-    s["accepted_scale_median"] = median(evaluated["scale_error"])
-    s["accepted_gravity_rmse_deg"] = root_mean_square(evaluated["gravity_error_deg"])
-    s["accepted_velocity_rmse"] = root_mean_square(evaluated["velocity_rmse"])
-    for key, values in (
-            ("scale_over_sigma", evaluated["scale_error"] / evaluated["scale_sigma"]),
-            ("td_rmse_ms", evaluated["td_error_ms"]),
-            ("td_over_sigma", evaluated["td_error_ms"] / evaluated["td_sigma_ms"]),
-            ("rotation_rmse_deg", evaluated["rotation_error_deg"]),
-            ("rotation_over_sigma", evaluated["rotation_over_sigma"]),
-            ("readout_rmse_ms", evaluated["readout_error_ms"])):
-        s["accepted_" + key] = root_mean_square(values)
-    s["accept_s_median"] = median(accepted["answer_s"])
-    s["accept_s_p90"] = quantile(accepted["answer_s"], 0.9)
-    s["accept_keyframes_median"] = median(accepted["answer_keyframes"])
-    right = evaluated[evaluated["scale_error"] < 0.1]
-    s["right_rate"] = ratio(len(right), len(rows)) if has_truth else numpy.nan
-    s["right_s_median"] = median(right["answer_s"])
-    s["right_s_p90"] = quantile(right["answer_s"], 0.9)
-
-    # Over accepted answers from which the back end was run.
-    s["downstream_runs"] = len(downstream)
-    s["downstream_diverged"] = int(downstream["downstream_diverged"].sum())
-    s["downstream_divergence_rate"] = ratio(s["downstream_diverged"], len(downstream))
-    for key, column in (("ate", "downstream_ate"), ("scale", "downstream_scale_error")):
-        s["downstream_%s_median" % key] = median(downstream[column])
-        s["downstream_%s_p90" % key] = quantile(downstream[column], 0.9)
-
-    s["waiting"] = int(rows["status"].isin(WAITING).sum())
-    s["refused"] = int(rows["status"].isin(REFUSED).sum())
-    s["failed"] = len(rows) - s["accepted"] - s["waiting"] - s["refused"]
-
-    # Over windows with an estimate: an early "wait" is no fast solution.
-    s["solve_ms_median"] = median(attempted["solve_ms"])
-    s["solve_cpu_ms_median"] = median(attempted["solve_cpu_ms"])
-    s["solve_cpu_ms_mean"] = mean(attempted["solve_cpu_ms"])
-    s["solve_cpu_ms_p90"] = quantile(attempted["solve_cpu_ms"], 0.9)
-    return s
+    def __getitem__(self, key):
+        if "." in key:
+            name, column, reduction = key.split(".")
+            over, _, by = column.partition("/")
+            rows = self.sets[name]
+            return reduced(rows[over] / rows[by] if by else rows[over], reduction)
+        part, _, whole = key.partition("/")
+        if not whole:
+            return len(self.sets[part])
+        known = len(self.sets[whole]) and (self.has_truth or part not in OF_TRUTH)
+        return len(self.sets[part]) / len(self.sets[whole]) if known else numpy.nan
 
 
 def summarize(windows, methods=None):
-    """A row per method (in their order of occurrence, or as listed) with their statistics.
-    A method without a window has zeros and NaN."""
+    """The Summary of each method, in their order of occurrence or as listed; a method without a
+    window has zeros and NaN."""
     methods = methods_of(windows) if methods is None else methods
-    rows = [summarize_method(windows[windows["method"] == method]) for method in methods]
-    return pandas.DataFrame(rows, index=methods)
+    return {method: Summary(windows[windows["method"] == method]) for method in methods}
 
 
 def statuses(windows):
@@ -150,5 +102,5 @@ def stage_times(windows):
         for stage in filter(None, text.split(";")):
             name, _, value = stage.partition("=")
             of_method.setdefault(name, []).append(float(value) if value else numpy.nan)
-    return {method: {name: median(values) for name, values in stages.items()}
+    return {method: {name: reduced(values, "median") for name, values in stages.items()}
             for method, stages in times.items()}

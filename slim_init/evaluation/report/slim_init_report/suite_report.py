@@ -1,15 +1,15 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The report of several runs together: the paper's tables, what it printed beside ours, and
-differences with intervals. Its text is in templates/suite.j2."""
+paired differences. Its text is in templates/suite.j2."""
 import os
 from dataclasses import dataclass
 
-from . import bootstrap, figures, render
+from . import figures, render
 from .data import methods_of, pool
 from .method_tables import DETAIL, DOWNSTREAM, FIRST_ANSWER, VERDICTS, difference_table
 from .run_report import REFERENCE
 from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, not_first_table,
-                           rig_table, run_method_table, run_table, success_table, time_table)
+                           run_method_table, run_table, success_table, time_table)
 
 SUBSETS = (("excited", "excited windows"), (None, "all windows"))
 
@@ -34,9 +34,8 @@ class Group:
 
 
 def group_runs(runs):
-    """Runs by where their features come from and what kind of motion it is, ablations apart; those
-    of miscalibrated rigs are in none of them, nor those of expanding windows beside others."""
-    runs = [run for run in runs if not run.has_rig_errors]
+    """Runs by where their features come from and what kind of motion it is, ablations apart; those of
+    expanding windows are in none of them beside others."""
     runs = [run for run in runs if not run.is_growing] or runs
     kinds = (("EuRoC, from images", "images_", lambda run: run.kind == "images"),
              ("recorded motion and IMU, simulated features", "recorded_",
@@ -95,25 +94,15 @@ def _pictures(groups, out):
     return drawn
 
 
-def _by_kind(runs):
-    """Pairs of a title and the runs whose features come from there."""
-    pairs = [(title, [run for run in runs if run.kind == kind]) for kind, title in (
-        ("images", "From images"), ("recorded", "Recorded motion and IMU"),
-        ("builtin", "Simulated"))]
-    return [pair for pair in pairs if pair[1]]
-
-
-def _rigs(runs):
-    """A table per kind of sequence."""
-    wrong = [run for run in runs if run.has_rig_errors and not run.is_ablation]
-    return [rig_table(members, title) for title, members in _by_kind(wrong)]
-
-
 def _first_answers(runs):
     """First estimates of methods that solve at every image: tables per kind of sequence."""
-    growing = [run for run in runs if run.is_growing and not run.has_rig_errors]
-    return [run_method_table(members, FIRST_ANSWER, subset, "%s, %s" % (title, name))
-            for title, members in _by_kind(growing) for subset, name in SUBSETS]
+    tables = []
+    for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
+                        ("builtin", "Simulated")):
+        members = [run for run in runs if run.is_growing and run.kind == kind]
+        tables += [run_method_table(members, FIRST_ANSWER, subset, "%s, %s" % (title, name))
+                   for subset, name in SUBSETS if members]
+    return tables
 
 
 def build(runs, out, notes=(), command=""):
@@ -122,10 +111,8 @@ def build(runs, out, notes=(), command=""):
     plain = [group for group in groups if not group.ablation]
     real = [group for group in plain if group.kind != "builtin"]
     labels = _labels(runs)
-    methods = methods_of(pool([run for group in (plain or groups) for run in group.runs] or runs))
+    methods = methods_of(pool([run for group in (plain or groups) for run in group.runs]))
     compared = REFERENCE in methods and len(methods) > 1
-    comparisons = [(group, bootstrap.compare(pool(group.runs), REFERENCE))
-                   for group in plain] if compared else []
     timed = (real[:1] or plain or groups)
     return {
         "title": "The paper's tables", "reference": REFERENCE, "command": command,
@@ -143,9 +130,10 @@ def build(runs, out, notes=(), command=""):
         "ablations": [(group, ablation_table(group.runs, group.degenerate))
                       for group in groups if group.ablation],
         "timed_title": real[0].title if real else "all runs",
-        "times": time_table([run for group in timed for run in group.runs] or runs),
-        "rigs": _rigs(runs), "first_answers": _first_answers(runs),
-        "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
+        "times": time_table([run for group in timed for run in group.runs]),
+        "first_answers": _first_answers(runs),
+        "differences": [difference_table(pool(group.runs), REFERENCE, group.title)
+                        for group in plain] if compared else [],
         "not_first": _not_first(plain) if compared else [],
         "details": _details(plain),
         "verdicts": [run_method_table(group.runs, VERDICTS, title=group.title) for group in plain],

@@ -9,18 +9,20 @@ import numpy
 
 from . import paper
 from .data import methods_of, pool
-from .method_tables import CALIBRATION, TIME, Column, method_table, named_table
+from .method_tables import TIME, Column, method_table, named_table
 from .statistics import summarize
 from .tables import Cell, Table, count, number
 
-# The errors of the paper's tables: root mean squares over successful windows.
-ERRORS = [Column("scale", "scale_rmse", "%.3f", dagger=True),
-          Column("gravity deg", "gravity_rmse_deg", "%.3f", dagger=True),
-          Column("velocity m/s", "velocity_rmse", "%.3f", dagger=True),
-          Column("pose m", "pose_rmse", "%.4f", dagger=True)]
+# The errors of the paper's tables by their keys there: root mean squares over successful windows.
+ERRORS = {"scale_rmse": Column("scale", "success.scale_error.rmse", "%.3f", dagger=True),
+          "gravity_rmse_deg": Column("gravity deg", "success.gravity_error_deg.rmse", "%.3f",
+                                     dagger=True),
+          "velocity_rmse": Column("velocity m/s", "success.velocity_rmse.rmse", "%.3f", dagger=True),
+          "pose_rmse": Column("pose m", "success.pose_rmse.rmse", "%.4f", dagger=True)}
 ERROR_TITLES = {"scale_rmse": "Scale RMSE", "gravity_rmse_deg": "Gravity direction RMSE [deg]",
                 "velocity_rmse": "Velocity RMSE [m/s] (difference of speeds)",
                 "pose_rmse": "Pose RMSE [m]"}
+TITLES = [error.title for error in ERRORS.values()]
 
 
 def select(windows, subset):
@@ -59,17 +61,18 @@ def accuracy_tables(runs, subset):
     """The paper's Table I, a table per error: a row per method, a column per sequence and the mean
     over them (not over windows), the printed figures beside."""
     summaries = [summaries_of(run, subset) for run in runs]
-    return [_accuracy_table(error, runs, summaries, methods_of(pool(runs))) for error in ERRORS]
+    return [_accuracy_table(key, runs, summaries, methods_of(pool(runs))) for key in ERRORS]
 
 
-def _accuracy_table(error, runs, summaries, methods):
+def _accuracy_table(key, runs, summaries, methods):
+    error = ERRORS[key]
     table = Table(["method"] + [run.name for run in runs] + ["mean"],
-                  title=ERROR_TITLES[error.key])
+                  title=ERROR_TITLES[key])
     for method in methods:
         row, printed = [], []
         for run, summary in zip(runs, summaries):
-            cell = error.cell(summary.loc[method]) if method in summary.index else Cell("-")
-            printed.append(paper.accuracy(error.key, method, paper.sequence_of(run.name)))
+            cell = error.cell(summary[method]) if method in summary else Cell("-")
+            printed.append(paper.printed("table_1", key, method, paper.sequence_of(run.name)))
             row.append(set_beside(cell, "%.3f", printed[-1]))
         # Over the sequences shown, or not at all: means over different ones do not compare. NaN of
         # one sequence makes the mean NaN.
@@ -92,10 +95,9 @@ def success_table(runs, subset):
         pooled = pool(members)
         summaries = summarize(select(pooled, subset), methods_of(pooled))
         for method in methods:
-            known = method in summaries.index
-            rate = summaries.loc[method, "success_rate"] if known else math.nan
-            rows[method].append(set_beside(number("%.1f", rate, 100.0), "%.1f",
-                                           paper.success_pct(method, group)))
+            rate = summaries[method]["success/windows"] if method in summaries else math.nan
+            rows[method].append(set_beside(number("%.1f", rate, 100.0), "%.1f", paper.printed(
+                "table_2_success_pct", group, method)))
     for method in methods:
         table.add(method, *rows[method])
     for column in range(1, len(table.columns)):
@@ -104,23 +106,24 @@ def success_table(runs, subset):
 
 
 def _add_errors(summary, name, printed):
-    """The errors of a row of tables III and IV; printed(key, name) or None."""
+    """The errors of a row of tables III and IV; printed: the paper's table, or None."""
     return [set_beside(error.cell(summary), "%.3f",
-                       printed(error.key, name) if printed else math.nan) for error in ERRORS]
+                       paper.printed(printed, name, key) if printed else math.nan)
+            for key, error in ERRORS.items()]
 
 
 def degenerate_table(runs):
     """The paper's Table III: a row per run and method; beside the corridor walk the average of the
     paper's own walks."""
-    table = Table(["run", "method", "success %"] + [error.title for error in ERRORS] +
+    table = Table(["run", "method", "success %"] + TITLES +
                   ["accepted", "accepted >= 0.5 off"], names=2)
     for run in runs:
-        printed = paper.degenerate if run.options.get("builtin") == "corridor-walk" else None
+        printed = "table_3_average" if run.options.get("builtin") == "corridor-walk" else None
         first = len(table.rows)
-        for method, s in summaries_of(run).iterrows():
-            table.add(run.name, method, number("%.1f", s["success_rate"], 100.0),
+        for method, s in summaries_of(run).items():
+            table.add(run.name, method, number("%.1f", s["success/windows"], 100.0),
                       *_add_errors(s, method, printed), count(s["accepted"]),
-                      count(s["accepted"] - s["accepted_within_0_5"]))
+                      count(s["beyond_0_5"]))
         for column in range(2, 3 + len(ERRORS)):
             table.mark_best(column, column > 2, range(first, len(table.rows)))
     return table
@@ -130,44 +133,22 @@ def ablation_table(runs, degenerate):
     """The paper's Table IV and the same for `slim`: a row per variant, the windows of all runs
     together. degenerate: beside it the printed errors, which are for degenerate motion; else the
     printed gyroscope bias error, which is for EuRoC."""
-    table = Table(["variant", "what is changed", "success %"] + [error.title for error in ERRORS] +
+    table = Table(["variant", "what is changed", "success %"] + TITLES +
                   ["gyro bias %", "accepted", "CPU ms, median"], names=2)
     notes = runs[0].info.get("method_notes", {})
     blocks = {}
-    for variant, s in summarize(pool(runs)).iterrows():
+    for variant, s in summarize(pool(runs)).items():
         blocks.setdefault(variant.split("[")[0], []).append(len(table.rows))
-        bias = number("%.3f", s["gyro_bias_err_pct"])
+        bias = number("%.3f", s["success.gyro_bias_err_pct.rmse"])
         if not degenerate:
-            set_beside(bias, "%.3f", paper.gyro_bias_pct(variant))
-        table.add(variant, notes.get(variant, ""), number("%.1f", s["success_rate"], 100.0),
-                  *_add_errors(s, variant, paper.ablation if degenerate else None), bias,
-                  count(s["accepted"]), number("%.3f", s["solve_cpu_ms_median"]))
+            set_beside(bias, "%.3f", paper.printed("gyro_bias_err_pct", variant))
+        table.add(variant, notes.get(variant, ""), number("%.1f", s["success/windows"], 100.0),
+                  *_add_errors(s, variant, "table_4_average" if degenerate else None), bias,
+                  count(s["accepted"]), number("%.3f", s["attempted.solve_cpu_ms.median"]))
     for rows in blocks.values():
         for column in range(2, 4 + len(ERRORS)):
             table.mark_best(column, column > 2, rows)
     return table
-
-
-def rig_text(run):
-    """Calibration errors of a run, in words."""
-    o = run.options
-    within = "up to " if o.get("random_rig") else ""
-    parts = [within + pattern % (factor * float(o[key])) for key, pattern, factor in (
-        ("td_error_s", "td %g ms", 1e3), ("extrinsic_error_deg", "rotation %g deg", 1.0),
-        ("readout_s", "readout %g ms", 1e3), ("readout_error_s", "readout off by %g ms", 1e3),
-        ("imu_rate_hz", "IMU %g Hz", 1.0), ("imu_jitter_s", "jitter %g ms", 1e3),
-        ("imu_dropout", "missing %g %%", 100.0)) if float(o.get(key) or 0.0) != 0.0]
-    return ", ".join(parts) or "none"
-
-
-def rig_table(runs, title=""):
-    """A row per rig and method, the windows of all sequences together."""
-    rigs = {}
-    for run in runs:
-        rigs.setdefault(rig_text(run), []).append(run)
-    blocks = [((text,), summarize(pool(members))) for text, members in rigs.items()]
-    return named_table(CALIBRATION, blocks, ["calibration error", "method"],
-                       any(run.has_truth for run in runs), title)
 
 
 def time_table(runs):
@@ -175,7 +156,7 @@ def time_table(runs):
     table = method_table(TIME, summarize(pool(runs)))
     mean = table.columns.index("CPU ms, mean")
     for row in table.rows:
-        set_beside(row[mean], "%.3f", paper.solve_ms(row[0].text))
+        set_beside(row[mean], "%.3f", paper.printed("figure_6_solve_ms", row[0].text))
     return table
 
 

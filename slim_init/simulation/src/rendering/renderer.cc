@@ -83,9 +83,11 @@ bool povrayAvailable(const std::string& program, std::string* error) {
   return false;
 }
 
-class Renderer::Impl {
+namespace {
+
+class PovrayRun : public Renderer {
  public:
-  ~Impl() {
+  ~PovrayRun() override {
     if (child_ > 0 && !ended_) {
       kill(child_, SIGTERM);
       int status = 0;
@@ -125,7 +127,7 @@ class Renderer::Impl {
     return spawn(program, options);
   }
 
-  cv::Mat next(std::string* error) {
+  cv::Mat next(std::string* error) override {
     if (done_ == frames_) {
       report("all " + std::to_string(frames_) + " pictures have been taken", error);
       return {};
@@ -269,22 +271,19 @@ class Renderer::Impl {
   int status_ = 0;
 };
 
-Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
-Renderer::~Renderer() = default;
+}  // namespace
 
 std::unique_ptr<Renderer> Renderer::start(const Scene& scene,
                                           const feature_tracker_lines::CameraParameters& camera,
                                           const std::vector<CameraPose>& poses,
                                           const RenderOptions& options, std::string* error) {
-  std::unique_ptr<Renderer> renderer(new Renderer);
-  if (const std::string message = renderer->impl_->start(scene, camera, poses, options);
+  auto renderer = std::make_unique<PovrayRun>();
+  if (const std::string message = renderer->start(scene, camera, poses, options);
       !message.empty()) {
     report(message, error);
     return nullptr;
   }
   return renderer;
 }
-
-cv::Mat Renderer::next(std::string* error) { return impl_->next(error); }
 
 }  // namespace slim_init::simulation

@@ -42,51 +42,45 @@ class SlidingWindowEstimator {
   static constexpr int kWindowFrames = 11;  ///< ten keyframes and the newest frame
 
   /// Taken as it is.
-  explicit SlidingWindowEstimator(const Calibration& calibration);
-  ~SlidingWindowEstimator();
-  SlidingWindowEstimator(const SlidingWindowEstimator&) = delete;
-  SlidingWindowEstimator& operator=(const SlidingWindowEstimator&) = delete;
+  static std::unique_ptr<SlidingWindowEstimator> make(const Calibration& calibration);
+  virtual ~SlidingWindowEstimator() = default;
 
   /// Next sample; one that is not finite or not after the last is dropped and counted.
-  void addImu(const ImuSample& sample);
+  virtual void addImu(const ImuSample& sample) = 0;
 
   /// Next frame; the samples up to it (stamp + td) have to be there. Lines are ignored. A frame
   /// that is not after the last one or beyond the IMU data is dropped, and `problem` names the
   /// reason; the estimate then stays as it was.
-  FrameReport addFrame(const FrameObservation& frame);
+  virtual FrameReport addFrame(const FrameObservation& frame) = 0;
 
   /// Starts, or restarts, from states of the frames in the window, in the order of stamps(), on
   /// the IMU clock. The prior and the points' depths are forgotten; then as addFrame().
-  FrameReport seed(const std::vector<NavState>& states);
+  virtual FrameReport seed(const std::vector<NavState>& states) = 0;
 
-  bool seeded() const;
+  virtual bool seeded() const = 0;
   /// Camera stamps of the frames in the window [s].
-  std::vector<double> stamps() const;
+  virtual std::vector<double> stamps() const = 0;
   /// States of the frames in the window; empty while not seeded.
-  std::vector<NavState> states() const;
+  virtual std::vector<NavState> states() const = 0;
   /// The last of states().
-  NavState newest() const;
+  virtual NavState newest() const = 0;
 
   /// Puts these samples (ascending) in the place of those that it holds of the same time, as a host
   /// does that has learned which were damaged. Fewer than two change nothing.
-  void replaceImu(const std::vector<ImuSample>& samples);
+  virtual void replaceImu(const std::vector<ImuSample>& samples) = 0;
 
-  std::int64_t droppedImu() const;
-  std::int64_t droppedFrames() const;
+  virtual std::int64_t droppedImu() const = 0;
+  virtual std::int64_t droppedFrames() const = 0;
 
   /// Replaces the states of the window without touching prior, points or frames, to see what
   /// follows: for tests. Sizes must agree.
-  void overwrite(const std::vector<NavState>& states);
+  virtual void overwrite(const std::vector<NavState>& states) = 0;
 
   /// Forgets states, prior and depths; frames and tracks stay, as before the first seed().
-  void unseed();
+  virtual void unseed() = 0;
 
   /// Forgets everything but calibration and counts.
-  void reset();
-
- private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  virtual void reset() = 0;
 };
 
 /// Failure detection of the host: empty, or a message naming the rule, the value and the bound.

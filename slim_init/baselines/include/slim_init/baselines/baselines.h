@@ -48,7 +48,6 @@ std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const Initiali
 std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
                                               const Calibration& calibration,
                                               const InitializerOptions& options,
-                                              const BaselineOptions& baseline_options = {},
                                               std::string* error = nullptr);
 
 }  // namespace slim_init::baselines

@@ -1,12 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Parameters of the compared methods (docs/baselines.md). As in slim_init/options.h: the comment of
-// a field says what it is; bounds and reasons stand in the table in src/options.cc.
+// Parameters of the compared methods, with the values of their papers and releases
+// (docs/baselines.md). No keys of a configuration file.
 #pragma once
-
-#include <string>
-
-#include "slim_init/option_table.h"
 
 namespace slim_init::baselines {
 
@@ -57,21 +53,19 @@ struct DrtViBaOptions {
 /// Parameters of `vins`; the values of VINS-Mono's release. Its pixels are those of a virtual
 /// camera of 460 px focal length.
 struct VinsOptions {
-  double tracking_threshold_px = 0.0;  ///< fundamental matrix between keyframes; 0: none [px]
-  int min_common_points = 20;          ///< the reference keyframe shares more with the newest
-  double min_parallax_px = 30.0;       ///< minimum mean motion of these points [px]
-  double ransac_threshold_px = 0.3;    ///< of the five-point pose [px]
-  double ransac_confidence = 0.99;     ///< of both consensus searches
-  int min_pose_inliers = 12;           ///< points in front of both cameras of the five-point pose
-  int min_pnp_points = 10;             ///< known points that a keyframe needs to be registered
-  int max_iterations = 50;             ///< of the bundle adjustment
-  double max_final_cost = 5e-3;        ///< cost at which it may end without convergence
-  double max_gravity_residual = 1.0;   ///< unconstrained |g| against its true value [m/s^2]
+  int min_common_points = 20;         ///< the reference keyframe shares more with the newest
+  double min_parallax_px = 30.0;      ///< minimum mean motion of these points [px]
+  double ransac_threshold_px = 0.3;   ///< of the five-point pose [px]
+  double ransac_confidence = 0.99;    ///< of its consensus search
+  int min_pose_inliers = 12;          ///< points in front of both cameras of the five-point pose
+  int min_pnp_points = 10;            ///< known points that a keyframe needs to be registered
+  int max_iterations = 50;            ///< of the bundle adjustment
+  double max_final_cost = 5e-3;       ///< cost at which it may end without convergence
+  double max_gravity_residual = 1.0;  ///< unconstrained |g| against its true value [m/s^2]
 };
 
 /// Parameters of `openvins`; the values of OpenVINS' release for EuRoC.
 struct OpenVinsOptions {
-  int max_features = 0;              ///< longest tracks used; 0: all
   int min_features = 8;              ///< tracks in front of the camera
   double min_rotation_deg = 10.0;    ///< summed rotation of the gyroscope [deg]
   double sigma_px = 1.0;             ///< standard deviation of an observation [px]
@@ -80,7 +74,7 @@ struct OpenVinsOptions {
   double accel_bias_prior = 0.10;    ///< standard deviation about zero [m/s^2]
   double gyro_walk = 1.9393e-5;      ///< random walk of the bias [rad/s^2/sqrt(Hz)]
   double accel_walk = 3.0e-3;        ///< random walk of the bias [m/s^3/sqrt(Hz)]
-  int max_iterations = 50;           ///< of the refinement; 0: none
+  int max_iterations = 50;           ///< of the refinement
   int relinearizations = 1;          ///< further refinements with the IMU integrated again
   double function_tolerance = 1e-5;  ///< relative decrease of the cost that ends it
 };
@@ -95,20 +89,6 @@ struct BaselineOptions {
   DrtViBaOptions drt_vi_ba;              ///< drt-vi-ba
   VinsOptions vins;                      ///< vins
   OpenVinsOptions openvins;              ///< openvins
-
-  /// Returns an empty string, or a message naming section and field, its value and the violated
-  /// bound.
-  std::string validate() const;
 };
-
-/// The tables of these structs, bound to the fields of the argument (slim_init/option_table.h).
-OptionTable optionTable(GyroBiasOptions* options);
-OptionTable optionTable(AlignmentGateOptions* options);
-OptionTable optionTable(LineSelectionOptions* options);
-OptionTable optionTable(SlimPaperOptions* options);
-OptionTable optionTable(DrtViBaOptions* options);
-OptionTable optionTable(VinsOptions* options);
-OptionTable optionTable(OpenVinsOptions* options);
-OptionTable optionTable(BaselineOptions* options);
 
 }  // namespace slim_init::baselines

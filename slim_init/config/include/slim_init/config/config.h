@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/baselines/options.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/options.h"
 #include "slim_init/initializer.h"
@@ -46,7 +45,6 @@ struct HostKeys {
 struct Config {
   std::string method = "slim";  ///< one of baselines::methods()
   InitializerOptions options;
-  baselines::BaselineOptions baselines;  ///< parameters that only compared methods have
   Calibration calibration;
   feature_tracker_lines::CameraParameters camera;
   feature_tracker_lines::FrontEndOptions front_end;  ///< the host's own keys are in front_end.host
@@ -73,9 +71,8 @@ OptionTable configTable(Config* config);
 /// an empty string.
 std::string noteUnreadKeys(const Config& config, const std::vector<std::string>& methods);
 
-/// Groups of keys: those of `slim` for users and the advanced ones, and those that only compared
-/// methods read.
-enum class OptionKeys { kUser, kAdvanced, kCompared, kAll };
+/// Groups of keys: those for users and the advanced ones.
+enum class OptionKeys { kUser, kAdvanced, kAll };
 
 /// A section `slim_init:` with these keys, their defaults, units, ranges and reasons.
 std::string optionsYaml(OptionKeys keys);
@@ -87,7 +84,7 @@ struct GeneratedFile {
 };
 
 /// config/template.yaml (a rig: the host's keys, our switches and the noise of the IMU),
-/// config/user.yaml (our other keys for users), config/advanced.yaml, config/compared_methods.yaml.
+/// config/user.yaml (our other keys for users), config/advanced.yaml.
 std::vector<GeneratedFile> generatedFiles();
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,

@@ -60,7 +60,6 @@ struct ProtocolOptions {
   /// With rig.random every trial is cut and solved with an assumedCalibration() of its own. All
   /// other errors of a rig are in the sequence already (applyRigErrors()).
   RigErrors rig;
-  bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
   /// Windows solved at the same time. Estimates and their order do not depend on it; wall times do.
   int threads = 1;
 
@@ -131,7 +130,7 @@ struct ProtocolResult {
   int first_keyframes = 0;         ///< of the anytime protocol; 0 without it
   bool has_truth = true;           ///< false: no error of any window was computed
   bool has_downstream = false;     ///< an estimator was run from the accepted estimates
-  bool shows_calibration = false;  ///< ProtocolOptions::shows_calibration
+  bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
   StreamCounts dropped;  ///< messages and observations rejected on the way, over all windows
 };
 

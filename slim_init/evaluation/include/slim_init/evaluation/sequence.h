@@ -46,8 +46,8 @@ struct Sequence {
   /// Ground truth at the time of frames[i] (frames[i].t + td on the IMU clock, td that of the true
   /// calibration), one entry per frame; t is NaN where there is none.
   std::vector<NavState> truth;
-  /// Ground truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: truthAt()
-  /// interpolates between the frames.
+  /// Ground truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: there is
+  /// none between the frames.
   std::function<NavState(double t)> truth_between;
   /// False: there is no ground truth at all. Windows are solved all the same, and no error is
   /// computed.
@@ -61,9 +61,7 @@ struct Sequence {
 };
 
 /// True state at time t on the IMU clock [s]: that of the frame there is at that time (to a
-/// nanosecond), else Sequence::truth_between, or without it interpolated between the two frames
-/// around it: position by the cubic of both positions and velocities, rotation along the geodesic,
-/// velocity linearly, biases of the nearer one. `t` of the result is NaN without ground truth.
+/// nanosecond), else Sequence::truth_between. `t` of the result is NaN without ground truth.
 NavState truthAt(const Sequence& sequence, double t);
 
 }  // namespace slim_init::evaluation

@@ -69,19 +69,12 @@ class Renderer {
                                          const std::vector<CameraPose>& poses,
                                          const RenderOptions& options, std::string* error);
   /// Ends the child process if it still runs, and removes its files.
-  ~Renderer();
-  Renderer(const Renderer&) = delete;
-  Renderer& operator=(const Renderer&) = delete;
+  virtual ~Renderer() = default;
 
   /// Waits for the picture at the next pose: radiance on the sensor behind the lens, CV_32FC1, 1 is
   /// a white wall in full light. Empty and a message with POV-Ray's last lines when
   /// it failed, or when all poses are done.
-  cv::Mat next(std::string* error);
-
- private:
-  Renderer();
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  virtual cv::Mat next(std::string* error) = 0;
 };
 
 /// The image of a rolling shutter from pictures (all CV_32FC1 of one size) at equal steps of time:
