@@ -19,6 +19,9 @@ def load(rows, **info):
 
 
 class ByHand(unittest.TestCase):
+    """What program_test.py does not compare with the figures of the program, which are checked by
+    hand in tests/evaluation/report_test.cc."""
+
     def setUp(self):
         self.windows = load(by_hand()).windows
         self.all = statistics.summarize(self.windows).loc["hand"]
@@ -28,30 +31,7 @@ class ByHand(unittest.TestCase):
                            ("accepted_within_0_1", 1), ("accepted_within_0_5", 2), ("waiting", 1),
                            ("refused", 1), ("failed", 0)):
             self.assertEqual(self.all[key], value, key)
-
-    def test_errors_over_successful_windows(self):
-        mean_square = (0.03 ** 2 + 0.4 ** 2 + 0.04 ** 2) / 3.0
-        p90 = 0.2 * 0.04 + 0.8 * 0.4  # sorted 0.03, 0.04, 0.4: position 1.8
-        for key, value in (("success_rate", 0.6), ("scale_rmse", math.sqrt(mean_square)),
-                           ("scale_median", 0.04), ("scale_p90", p90),
-                           ("gravity_rmse_deg", 10.0 * math.sqrt(mean_square)),
-                           ("gravity_median_deg", 0.4), ("gravity_p90_deg", 10.0 * p90),
-                           ("velocity_rmse", 2.0 * math.sqrt(mean_square)),
-                           ("velocity_vec_rmse", 3.0 * math.sqrt(mean_square)),
-                           ("pose_rmse", 4.0 * math.sqrt(mean_square)), ("pose_median", 0.16),
-                           ("pose_p90", 4.0 * p90),
-                           ("gyro_bias_err_pct", 50.0 * math.sqrt(mean_square)),
-                           ("gyro_bias_vec_rmse", 0.1 * math.sqrt(mean_square))):
-            self.assertAlmostEqual(self.all[key], value, 12, key)
-
-    def test_errors_over_accepted_windows_whatever_they_are(self):
-        for key, value in (("accepted_rate", 0.6), ("accepted_within_0_1_rate", 1.0 / 3.0),
-                           ("accepted_within_0_5_rate", 2.0 / 3.0),
-                           ("accepted_scale_error_max", 0.7), ("accepted_scale_median", 0.4),
-                           ("accepted_scale_rmse",
-                            math.sqrt((0.03 ** 2 + 0.4 ** 2 + 0.7 ** 2) / 3.0)),
-                           ("accept_s_median", 2.25), ("accept_keyframes_median", 10.0)):
-            self.assertAlmostEqual(self.all[key], value, 12, key)
+        self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
 
     def test_calibration_over_accepted_windows(self):
         rows = [row(0, "m", 1.02, scale_sigma=0.01, td_error_ms=3.0, td_sigma_ms=2.0,
@@ -68,16 +48,6 @@ class ByHand(unittest.TestCase):
                            ("rotation_over_sigma", 0.5), ("readout_rmse_ms", 1.0)):
             self.assertAlmostEqual(summary["accepted_" + key], value, 12, key)
         self.assertTrue(math.isnan(self.all["accepted_td_rmse_ms"]))  # nobody estimated it
-
-    def test_times_over_windows_with_an_estimate(self):
-        for key, value in (("solve_ms_median", 2.5), ("solve_cpu_ms_median", 1.25), ("solve_cpu_ms_mean", 2.0),
-                           ("solve_cpu_ms_p90", 0.3 * 1.5 + 0.7 * 5.0)):
-            self.assertAlmostEqual(self.all[key], value, 12, key)
-        self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
-
-    def test_excited_windows(self):
-        excited = statistics.summarize(self.windows[self.windows["excited"]]).loc["hand"]
-        self.assertEqual((excited["windows"], excited["success"], excited["accepted"]), (3, 3, 2))
 
     def test_statuses_add_up_to_all_windows(self):
         counts = statistics.statuses(self.windows).loc["hand"]
