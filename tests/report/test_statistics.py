@@ -33,6 +33,15 @@ class ByHand(unittest.TestCase):
             self.assertEqual(self.all[key], value, key)
         self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
 
+    def test_figures_that_the_program_does_not_have(self):
+        p90 = 0.2 * 0.04 + 0.8 * 0.4  # sorted 0.03, 0.04, 0.4: position 1.8
+        for key, value in (("gravity_median_deg", 0.4), ("gravity_p90_deg", 10.0 * p90),
+                           ("pose_median", 0.16), ("pose_p90", 4.0 * p90),
+                           ("accepted_scale_median", 0.4), ("accept_keyframes_median", 10.0),
+                           ("accepted_within_0_5_rate", 2.0 / 3.0), ("solve_ms_median", 2.5),
+                           ("solve_cpu_ms_mean", 2.0), ("solve_cpu_ms_p90", 0.3 * 1.5 + 0.7 * 5.0)):
+            self.assertAlmostEqual(self.all[key], value, 12, key)
+
     def test_calibration_over_accepted_windows(self):
         rows = [row(0, "m", 1.02, scale_sigma=0.01, td_error_ms=3.0, td_sigma_ms=2.0,
                     rotation_error_deg=0.4, rotation_over_sigma=0.5, readout_error_ms=1.0),
