@@ -101,6 +101,7 @@ class Values(unittest.TestCase):
         self.assertEqual(c.both_success, 0)
         self.assertTrue(math.isnan(c.intervals["scale_rmse"].value))
         self.assertLess(c.intervals["success_rate"].high, -0.9)
+        self.assertTrue(c.intervals["success_rate"].significant)
         # Many sequences, none of which is long enough to tell how its blocks differ.
         short = [sequence(str(i), ref=independent(generator, 8, 0.1),
                           other=independent(generator, 8, 0.1)) for i in range(20)]
@@ -141,14 +142,6 @@ class Values(unittest.TestCase):
         shared = overlapping(numpy.random.RandomState(3), 150, 0.1, 5)
         windows = sequence("a", ref=shared, other=numpy.minimum(0.49, 1.1 * shared))
         self.assertTrue(scale_interval(windows).significant)
-
-    def test_a_clear_difference_is_seen(self):
-        generator = numpy.random.RandomState(7)
-        worse, better = bootstrap.compare(sequence(
-            "a", worse=overlapping(generator, 150, 0.16, 5), ref=overlapping(generator, 150, 0.1, 5),
-            better=overlapping(generator, 150, 0.05, 5)), "ref")
-        self.assertGreater(worse.intervals["scale_rmse"].low, 0.0)
-        self.assertLess(better.intervals["scale_rmse"].high, 0.0)
 
 
 class Coverage(unittest.TestCase):
