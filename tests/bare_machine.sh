@@ -191,11 +191,7 @@ done
 # Every test that the sources declare by name was run, or is named in the last lines.
 if [[ ${#failed[@]} -eq 0 ]]; then
   last_lines="$(sed -n '/^==> Times: /,$p' "${log}")"
-  for file in "${root}"/tests/*/CMakeLists.txt; do
-    tr '\n' ' ' <"${file}" |
-      { grep -oE '(slim_init_add_test\( *|add_test\( *NAME +)[a-z0-9_]+ ' || true; } |
-      awk '{ sub(/.*\(/, ""); print $NF }'
-  done | sort -u >"${dir}/declared_tests"
+  "${root}/tests/declared_tests.sh" "${root}"/tests/*/CMakeLists.txt >"${dir}/declared_tests"
   while read -r name; do
     grep -qE " ${name} \.\.\." "${log}" || grep -qw "${name}" <<<"${last_lines}" ||
       failed+=("test ${name} was not run and is not named in the last lines")

@@ -113,11 +113,8 @@ cmake -S "${root}" -B "${build}" -DCMAKE_TOOLCHAIN_FILE="${here}/toolchain.cmake
   die "configuring failed: $(tail -n 20 "${dir}/configure.log")"
 targets=()
 if [[ -n "${with_tests}" ]]; then
-  names=()
-  for folder in "${folders[@]}"; do
-    mapfile -t -O "${#names[@]}" names < <(tr '\n' ' ' <"${root}/tests/${folder}/CMakeLists.txt" |
-      { grep -oE 'slim_init_add_test\( *[a-z0-9_]+' || true; } | sed 's/.*( *//')
-  done
+  lists=("${folders[@]/%//CMakeLists.txt}")
+  mapfile -t names < <("${root}/tests/declared_tests.sh" "${lists[@]/#/${root}/tests/}")
   [[ ${#names[@]} -gt 0 ]] || die "no test was found in ${root}/tests"
   [[ -n "${tests}" ]] || tests="^($(IFS='|' && echo "${names[*]}"))\$"
   for name in "${names[@]}"; do

@@ -318,31 +318,5 @@ TEST(TestHostRecovery, FromWhatWasKnownInEveryMotion) {
   EXPECT_EQ(wrong_scales, 0);
 }
 
-// A request in flight: served with the next frame, and the odometry frame stays.
-TEST(TestHostRecovery, OnRequest) {
-  const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", 8.0});
-  HostRun run(sequence, 0);
-  bool requested = false;
-  int served = 0;
-  std::vector<Eigen::Vector3d> p, true_p;
-  run.before_frame = [&](TestHost* host, double stamp) {
-    if (requested || stamp < 5.0) return;
-    requested = true;
-    host->requestRecovery();
-  };
-  while (const HostStep* step = run.next()) {
-    EXPECT_FALSE(step->failed) << step->message;
-    served += step->recovered ? 1 : 0;
-    if (!step->tracking) continue;
-    p.push_back(step->state.p_w_b);
-    true_p.push_back(run.truth().p_w_b);
-  }
-  EXPECT_EQ(served, 1);
-  const evaluation::HeadingAlignment alignment = evaluation::alignHeading(p, true_p);
-  for (std::size_t k = 0; k < p.size(); ++k) {
-    EXPECT_LT((alignment.apply(p[k]) - true_p[k]).norm(), 0.15);
-  }
-}
-
 }  // namespace
 }  // namespace slim_init::backend

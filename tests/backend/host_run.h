@@ -13,7 +13,6 @@
 #include "backend/simulated_sequence.h"
 #include "backend/test_host.h"
 #include "slim_init/backend/downstream.h"
-#include "slim_init/baselines/baselines.h"
 #include "slim_init/initializer.h"
 
 namespace slim_init::backend {
@@ -33,12 +32,11 @@ class HostRun {
   std::function<void(TestHost*, double stamp)> before_frame;
 
   HostRun(const evaluation::Sequence& sequence, std::size_t first_frame,
-          const std::string& method = "slim", const TestHostOptions& options = {})
+          const TestHostOptions& options = {})
       : sequence_(sequence), next_frame_(first_frame) {
     std::string error;
-    host_ = TestHost::create(
-        baselines::makeInitializer(method, sequence.calibration, InitializerOptions(), &error),
-        options, &error);
+    host_ = TestHost::create(makeInitializer(sequence.calibration, InitializerOptions(), &error),
+                             options, &error);
     while (next_imu_ + 1 < sequence.imu.size() &&
            sequence.imu[next_imu_ + 1].t <= sequence.frames[first_frame].t) {
       ++next_imu_;

@@ -77,27 +77,5 @@ TEST(TestHostStart, FiftyStartsInExcitedMotion) {
             << ates.back() << " m\n";
 }
 
-// At rest there is no scale: the host waits, with a reason.
-TEST(TestHostStart, WaitsAtRest) {
-  const evaluation::Sequence sequence = makeSimulatedSequence({"hover", 5.0});
-  HostRun run(sequence, 5);
-  std::string message;
-  while (const HostStep* step = run.next()) {
-    if (step->tracking) {
-      EXPECT_LT(run.scaleErrorOrZero(), kScaleError) << run.stamp();
-    }
-    message = step->message;
-  }
-  EXPECT_FALSE(message.empty());
-}
-
-TEST(TestHostStart, RunsAnyInitializer) {
-  const evaluation::Sequence sequence = makeSimulatedSequence({"circle", 6.0});
-  HostRun run(sequence, 5, "drt-l");
-  bool seeded = false;
-  while (const HostStep* step = run.next()) seeded = seeded || step->seeded;
-  EXPECT_TRUE(seeded);
-}
-
 }  // namespace
 }  // namespace slim_init::backend

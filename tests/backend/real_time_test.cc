@@ -42,7 +42,7 @@ Flight fly(double max_wait_ms) {
   const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", kDuration});
   TestHostOptions options;
   options.adapter.max_wait_ms = max_wait_ms;
-  HostRun run(sequence, 0, "slim", options);
+  HostRun run(sequence, 0, options);
   const std::vector<double> events = {4.0, 8.0, 12.0};
   run.imu_filter = [&](ImuSample* sample) {
     for (const double event : events) {

@@ -60,15 +60,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
     }
     step.failed = !estimator_->seeded() || (report.ok() && !step.message.empty());
     if (!step.failed) watch(&step);
-    if (step.failed) {
-      recover(healthyStates(), true, &step);
-    } else if (requested_) {
-      // The newest one is of this frame, which the estimator trusts.
-      std::vector<HostState> healthy = healthy_;
-      healthy.push_back(toHostState(estimator_->newest(), adapter_->calibration().td));
-      recover(healthy, false, &step);
-    }
-    requested_ = false;
+    if (step.failed) recover(healthyStates(), &step);
   }
 
   step.tracking = estimator_->seeded();
@@ -103,11 +95,11 @@ void TestHost::watch(HostStep* step) {
   step->message = "watchdog: " + health.reason;
 }
 
-void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
+void TestHost::recover(const std::vector<HostState>& from, HostStep* step) {
   HostResult answer = adapter_->recover(estimator_->stamps(), from);
   if (answer.pending) answer = adapter_->bridge(estimator_->stamps(), from);
   step->recovered = fillWindow(answer, step);
-  if (step->recovered || !failed) return;
+  if (step->recovered) return;
   lost_ = from.back();
   is_lost_ = true;
   healthy_.clear();

@@ -48,10 +48,6 @@ class TestHost {
   void addImu(const ImuSample& sample);
   HostStep addFrame(const FrameObservation& frame);
 
-  /// Requests a recovery with the next frame, without a failure: the newest state is trusted, and
-  /// if the adapter declines, the host goes on.
-  void requestRecovery() { requested_ = true; }
-
   /// What the initializer dropped; the estimator gets it all, as VINS-Mono's would.
   StreamCounts counts() const { return adapter_->counts(); }
 
@@ -63,7 +59,7 @@ class TestHost {
 
   void seed(HostStep* step);
   void watch(HostStep* step);
-  void recover(const std::vector<vins_adapter::HostState>& from, bool failed, HostStep* step);
+  void recover(const std::vector<vins_adapter::HostState>& from, HostStep* step);
   bool fillWindow(const vins_adapter::HostResult& answer, HostStep* step);
   void leaveOutDamage();
   std::vector<vins_adapter::HostState> healthyStates() const;
@@ -75,7 +71,6 @@ class TestHost {
   std::vector<vins_adapter::HostState> healthy_;  ///< of the last seconds, oldest first
   vins_adapter::HostState lost_;                  ///< the state to join after a reset
   bool is_lost_ = false;
-  bool requested_ = false;
   bool suspect_ = false;  ///< the watchdog does not trust the window
 };
 

@@ -80,15 +80,6 @@ TEST(LineSelection, ReliabilityIsTheMeanOfItsThreeParts) {
               kScoreTolerance);
 }
 
-TEST(LineSelection, ReliabilityIsOneForAPerfectTrackAndStaysInRange) {
-  const auto perfect = windowOfObservations(track(1, {0, 1, 2, 3}), 4);
-  EXPECT_NEAR(trackReliability(*perfect, perfect->lineTracks()[0], 1), 1.0, kScoreTolerance);
-  const auto wild = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, 17.0), 4);
-  EXPECT_NEAR(trackReliability(*wild, wild->lineTracks()[0], 1), 1.0, kScoreTolerance);
-  const auto bad = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, -5.0), 4);
-  EXPECT_NEAR(trackReliability(*bad, bad->lineTracks()[0], 1), 2.0 / 3.0, kScoreTolerance);
-}
-
 TEST(LineSelection, SaliencyIsTheMeanOfLengthAndConfidence) {
   LineSelectionOptions options;
   options.full_length_px = 200.0;
@@ -214,15 +205,6 @@ TEST(LineSelection, TiesGoToTheLowerId) {
   const auto pairs = selectLines(*window, options);
   EXPECT_EQ(idsOf(*window, pairs[0].epipolar), (std::vector<FeatureId>{3, 7, 19}));
   EXPECT_EQ(idsOf(*window, pairs[0].normal), (std::vector<FeatureId>{3, 7, 19}));
-}
-
-TEST(LineSelection, WindowWithoutLinesHasEmptyPairs) {
-  const auto pairs = selectLines(*windowOfObservations({}, 4), {});
-  ASSERT_EQ(pairs.size(), 3U);
-  for (const PairLines& pair : pairs) {
-    EXPECT_TRUE(pair.epipolar.empty());
-    EXPECT_TRUE(pair.normal.empty());
-  }
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -17,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/scratch_folder.h"
 #include "support/option_checks.h"
 #include "support/text_parts.h"
 
@@ -27,13 +27,6 @@ using namespace feature_tracker_lines;
 namespace {
 
 const std::string kConfigDir = SLIM_INIT_SOURCE_DIR "/config/";
-
-std::string fileText(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream out;
-  out << file.rdbuf();
-  return out.str();
-}
 
 // A minimal host file; single lines are replaced or added by the tests.
 const std::string kHostFile =
@@ -82,18 +75,6 @@ Config loadedFrom(const std::string& path, FileOf whose) {
 
 class ConfigFile : public ::testing::Test {
  protected:
-  ConfigFile() : path_(::testing::TempDir() + "slim_init_config_" + testName() + ".yaml") {}
-  ~ConfigFile() override {
-    std::remove(path_.c_str());
-    std::remove(optionsPath().c_str());
-  }
-
-  static std::string testName() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(info->test_suite_name()) + "_" + info->name();
-    std::replace(name.begin(), name.end(), '/', '_');
-    return name;
-  }
   std::string optionsPath() const { return path_ + ".options.yaml"; }
 
   void write(const std::string& text) { std::ofstream(path_) << text; }
@@ -139,7 +120,8 @@ class ConfigFile : public ::testing::Test {
     expectError(words);
   }
 
-  std::string path_;
+  const ScratchFolder folder_;
+  const std::string path_ = folder_.file("host.yaml");
   std::string options_;  // set to optionsPath() to use a second file
 };
 
@@ -380,15 +362,11 @@ TEST_F(ConfigFile, RollingShutter) {
 
 class ConfigMask : public ConfigFile {
  protected:
-  ~ConfigMask() override {
-    for (const std::string& file : written_) std::remove(file.c_str());
-  }
   // An image beside the configuration file whose left half is `left` and whose right half `right`.
   void writeMask(const std::string& name, int width, int height, int left, int right) {
     cv::Mat mask(height, width, CV_8UC1, cv::Scalar(left));
     mask.colRange(width / 2, width).setTo(right);
-    written_.push_back(::testing::TempDir() + name);
-    ASSERT_TRUE(cv::imwrite(written_.back(), mask));
+    ASSERT_TRUE(cv::imwrite(folder_.file(name), mask));
   }
   // The image of the configuration whose keys are `keys`.
   cv::Mat maskOf(const std::string& keys) {
@@ -398,7 +376,7 @@ class ConfigMask : public ConfigFile {
   }
   static int usedIn(const cv::Mat& mask) { return cv::countNonZero(mask); }
 
-  std::vector<std::string> written_, notes_;
+  std::vector<std::string> notes_;
   static constexpr int kHalf = 376 * 480;
 };
 
@@ -414,7 +392,7 @@ TEST_F(ConfigMask, AreasOfTheImageThatAreNotUsed) {
   EXPECT_NE(mask.at<uchar>(100, 376), 0);
   // By its full name; grey levels 0 and 1 are as good.
   writeMask("slim_init_mask.png", 752, 480, 1, 0);
-  mask = maskOf("mask: \"" + ::testing::TempDir() + "slim_init_mask.png\"\n");
+  mask = maskOf("mask: \"" + folder_.file("slim_init_mask.png") + "\"\n");
   EXPECT_NE(mask.at<uchar>(100, 375), 0);
   EXPECT_EQ(usedIn(mask), kHalf);
 }
@@ -443,10 +421,9 @@ TEST_F(ConfigMask, TheHostsMaskOfAFisheye) {
 }
 
 TEST_F(ConfigMask, WhatCannotBeAMaskIsRefused) {
-  const std::string file = ::testing::TempDir() + "slim_init_mask.png";
+  const std::string file = folder_.file("slim_init_mask.png");
   const std::string key = "mask: \"slim_init_mask.png\"\n";
   expectRefused(kHostFile + key, "mask: " + file + " cannot be opened");
-  written_.push_back(file);
   std::ofstream(file) << "no image";
   expectError("mask: " + file + " cannot be read as an image");
   writeMask("slim_init_mask.png", 640, 480, 0, 255);
@@ -619,21 +596,6 @@ TEST(ConfigTable, KeysAreUniqueAndExplained) {
   }
 }
 
-TEST(ConfigTable, HoldsTheTablesOfAllStructs) {
-  Config config;
-  std::set<const void*> fields;
-  for (const OptionField& option : configTable(&config)) fields.insert(memoryOf(option).first);
-  const auto expectListed = [&fields](const OptionTable& table) {
-    for (const OptionField& option : table) {
-      EXPECT_EQ(fields.count(memoryOf(option).first), 1u) << option.key;
-    }
-  };
-  expectListed(optionTable(&config.options));
-  expectListed(optionTable(&config.front_end));
-  expectListed(optionTable(&config.calibration));
-  expectListed(optionTable(&config.calibration.imu_noise));
-}
-
 TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
   expectBothSidesOfEveryBound<FrontEndOptions, PointTrackerOptions, LineTrackerOptions,
                               HostFrontEnd>();
@@ -724,17 +686,10 @@ TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
   const std::vector<GeneratedFile> files = generatedFiles();
   ASSERT_EQ(files.size(), 3u);
   for (const GeneratedFile& file : files) {
-    EXPECT_TRUE(fileText(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
+    EXPECT_TRUE(readFile(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
         << file.path << " is out of date: run `slim_init options --update .` in the repository";
-  }
-}
-
-TEST(ShippedConfigs, LinesAreAtMostAHundredColumnsLong) {
-  for (const GeneratedFile& file : generatedFiles()) {
     std::istringstream lines(file.text);
-    for (std::string line; std::getline(lines, line);) {
-      EXPECT_LE(line.size(), 100u) << file.path << ": " << line;
-    }
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   }
 }
 
@@ -810,7 +765,7 @@ TEST(ShippedConfigs, AllLoad) {
   for (const dirent* entry = readdir(directory); entry != nullptr; entry = readdir(directory)) {
     const std::string name = entry->d_name;
     if (name.size() < 5 || name.compare(name.size() - 5, 5, ".yaml") != 0) continue;
-    const bool rig = fileText(kConfigDir + name).find("\nmodel_type:") != std::string::npos;
+    const bool rig = readFile(kConfigDir + name).find("\nmodel_type:") != std::string::npos;
     const Config config = loadedFrom(kConfigDir + name, rig ? FileOf::kHost : FileOf::kOurs);
     EXPECT_EQ(config.options.validate(), "") << name;
     EXPECT_EQ(config.calibration.validate(), "") << name;
@@ -855,7 +810,7 @@ std::map<std::string, std::string> topLevelKeys(const std::string& text) {
 
 // All keys that VINS-Mono's nodes read; an absent number is 0 for them.
 TEST(ShippedConfigs, TheTemplateIsCompleteForVinsMono) {
-  const auto keys = topLevelKeys(fileText(kConfigDir + "template.yaml"));
+  const auto keys = topLevelKeys(readFile(kConfigDir + "template.yaml"));
   std::istringstream read_by_the_nodes(
       "imu_topic image_topic output_path model_type camera_name image_width image_height "
       "distortion_parameters projection_parameters max_solver_time max_num_iterations "
@@ -876,7 +831,7 @@ TEST(ShippedConfigs, TheTemplateIsCompleteForVinsMono) {
 // Whoever opens the template sees these first.
 TEST(ShippedConfigs, EightKeysAreOnTheFirstScreen) {
   constexpr std::size_t kScreen = 45;  // lines
-  std::istringstream lines(fileText(kConfigDir + "template.yaml"));
+  std::istringstream lines(readFile(kConfigDir + "template.yaml"));
   std::string top, line;
   for (std::size_t i = 0; i < kScreen && std::getline(lines, line); ++i) top += line + "\n";
   for (const std::string key :

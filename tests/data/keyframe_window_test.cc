@@ -67,16 +67,6 @@ TEST_F(KeyframeWindowTest, CutsNoSoonerThanTheWindowIsFull) {
   EXPECT_NE(window.cut().window, nullptr);
 }
 
-TEST_F(KeyframeWindowTest, GrowsFromTheMinimum) {
-  options_.min_keyframes = 4;
-  KeyframeWindow window(calibration_, options_);
-  feed(window, 0.0, 0.7);
-  EXPECT_EQ(window.cut().window, nullptr);
-  feed(window, 0.75, 0.75);
-  ASSERT_NE(window.cut().window, nullptr);
-  EXPECT_EQ(window.cut().window->size(), 4);
-}
-
 // By default every second image at 20 Hz until the window is full; then it thins out.
 TEST_F(KeyframeWindowTest, AGrowingWindowKeepsItsBeginningAndThinsOut) {
   const WindowOptions options;

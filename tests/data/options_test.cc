@@ -1,16 +1,15 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/options.h"
 
-#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <limits>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "slim_init/result.h"
 #include "slim_init/types.h"
+#include "slim_init/version.h"
 #include "support/option_checks.h"
 #include "support/text_parts.h"
 
@@ -43,15 +42,6 @@ TEST(OptionTable, HasEveryField) {
   expectEveryFieldHasARow<ImuLimits>();
 }
 
-TEST(OptionTable, FindsAFieldWithoutARow) {
-  const auto withoutTheLast = [](WindowOptions* options) {
-    OptionTable table = optionTable(options);
-    table.pop_back();
-    return table;
-  };
-  EXPECT_NONFATAL_FAILURE(expectEveryFieldHasARow<WindowOptions>(withoutTheLast), "without a row");
-}
-
 TEST(OptionTable, HeaderStatesTheSameUnits) {
   const auto units = unitsOfHeader(SLIM_INIT_SOURCE_DIR "/slim_init/include/slim_init/options.h");
   InitializerOptions o;
@@ -74,15 +64,6 @@ TEST(OptionTable, MethodsOfARowAreThoseOfItsSectionUnlessItNamesItsOwn) {
   OptionField of_paper = rows["vanishing_point.min_inliers"];
   of_paper.methods = {"slim-paper"};
   EXPECT_TRUE(isForComparedMethods(of_paper));
-}
-
-TEST(Options, OutOfRangeMessageNamesValueAndBound) {
-  WindowOptions window;
-  window.keyframes = 51;
-  EXPECT_EQ(window.validate(), "keyframes is 51, must be in [4, 50]");
-  InitializerOptions options;
-  options.refinement.min_sigma_px = 40.0;
-  EXPECT_EQ(options.validate(), "refinement.min_sigma_px is 40, must be in [0.01, 10]");
 }
 
 TEST(Options, ThatDependOnEachOther) {
@@ -132,20 +113,61 @@ TEST(Status, EveryStatusButThoseWithNothingToDoHasARemedy) {
   EXPECT_EQ(withRemedy("no parallax", InitStatus::kPureRotation), "no parallax; translate");
 }
 
-TEST(Status, NamesAreDistinct) {
-  std::vector<std::string> names;
-  for (int s = 0; s <= static_cast<int>(InitStatus::kTimeLimit); ++s) {
-    const InitStatus status = static_cast<InitStatus>(s);
-    names.push_back(toString(status));
-    EXPECT_NE(names.back(), "unknown");
+TEST(Version, MacrosAndTextAgree) {
+  EXPECT_EQ(std::to_string(SLIM_INIT_VERSION_MAJOR) + "." +
+                std::to_string(SLIM_INIT_VERSION_MINOR) + "." +
+                std::to_string(SLIM_INIT_VERSION_PATCH),
+            kVersion);
+  EXPECT_GE(SLIM_INIT_VERSION_CODE, SLIM_INIT_MAKE_VERSION(0, 1, 0));
+  EXPECT_LT(SLIM_INIT_VERSION_CODE,
+            SLIM_INIT_MAKE_VERSION(SLIM_INIT_VERSION_MAJOR, SLIM_INIT_VERSION_MINOR + 1, 0));
+}
+
+using Eigen::Vector3d;
+
+ImuSample sampleOf(const Vector3d& accel, const Vector3d& gyro) {
+  ImuSample sample;
+  sample.accel = accel;
+  sample.gyro = gyro;
+  return sample;
+}
+
+TEST(ImuLimits, CountForEachAxisInEitherDirection) {
+  const ImuLimits limits;
+  const Vector3d accel(-159.9, 159.9, 9.8), gyro(34.9, 0.0, -34.9);
+  EXPECT_FALSE(limits.exceededBy(sampleOf(accel, gyro))) << "their norms are not what counts";
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      Vector3d beyond = accel;
+      beyond[axis] = sign * 160.1;
+      EXPECT_TRUE(limits.exceededBy(sampleOf(beyond, gyro))) << axis;
+      beyond = gyro;
+      beyond[axis] = sign * 35.1;
+      EXPECT_TRUE(limits.exceededBy(sampleOf(accel, beyond))) << axis;
+    }
   }
-  std::sort(names.begin(), names.end());
-  EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
-  EXPECT_FALSE(isWait(InitStatus::kSuccess));
-  EXPECT_TRUE(isWait(InitStatus::kStationary));
-  EXPECT_TRUE(isWait(InitStatus::kProvisional));
-  EXPECT_TRUE(isWait(InitStatus::kTimeLimit));
-  EXPECT_FALSE(isWait(InitStatus::kScaleTooUncertain));
+}
+
+TEST(ImuLimits, WhatIsNoNumberIsAnotherDefect) {
+  const double nan = kNotComputed, infinity = std::numeric_limits<double>::infinity();
+  const ImuLimits limits;
+  EXPECT_FALSE(limits.exceededBy(sampleOf(Vector3d(0, nan, 400), Vector3d(99, 0, 0))));
+  EXPECT_FALSE(limits.exceededBy(sampleOf(Vector3d(0, 0, 400), Vector3d(0, infinity, 0))));
+}
+
+TEST(ImuLimits, AreTheUsers) {
+  ImuLimits limits;
+  limits.max_accel = 300.0;
+  EXPECT_FALSE(limits.exceededBy(sampleOf(Vector3d(290, 0, 0), Vector3d::Zero())));
+  EXPECT_TRUE(limits.exceededBy(sampleOf(Vector3d(310, 0, 0), Vector3d::Zero())));
+  limits.max_accel = limits.max_gyro = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(limits.exceededBy(sampleOf(Vector3d(1e9, 0, 0), Vector3d(0, 1e9, 0))));
+  EXPECT_EQ(limits.validate(), "");
+}
+
+TEST(ImuLimits, DescribeASampleAndTheLimits) {
+  EXPECT_EQ(ImuLimits().describe(sampleOf(Vector3d(1, -412.3, 0), Vector3d(0, 0, -0.25))),
+            "412 m/s^2 and 0.25 rad/s on an axis (limits 160 m/s^2, 35 rad/s)");
 }
 
 }  // namespace

@@ -24,7 +24,6 @@
 namespace slim_init::evaluation {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// Of the motion of Handheld: some windows do not show the scale.
@@ -181,25 +180,6 @@ TEST_F(Doctor, FindsTheExtrinsicTurnedAboutAnyAxis) {
           0.4);
     }
   }
-}
-
-TEST_F(Doctor, SwappedStereoCalibrationIsAWarning) {
-  // EuRoC: cam1's calibration over cam0's images.
-  DoctorData data = good();
-  for (FrameObservation& frame : data.frames) {
-    for (PointObservation& p : frame.points) {
-      p.bearing =
-          Vector3d((p.pixel.x() - 379.999) / 457.587, (p.pixel.y() - 255.238) / 456.134, 1.0)
-              .normalized();
-    }
-  }
-  Matrix3d R_c0_c1;  // of the published calibration
-  R_c0_c1 << 0.9999972564, -0.0023171357, 0.0003433931, 0.0023120672, 0.9998980485, 0.0140898358,
-      -0.0003760068, -0.0140890039, 0.9999006757;
-  data.calibration.R_b_c *= nearestRotation(R_c0_c1).transpose();
-  const DoctorReport report = examined(data);
-  EXPECT_TRUE(complaints(report).count("extrinsic_rotation")) << doctorText(report, false);
-  EXPECT_GE(report.exitCode(), 1);
 }
 
 // Turns about one axis leave the rotation about it open; what the solver knows about it comes from

@@ -215,21 +215,6 @@ TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   EXPECT_EQ(waiting.message, "2 tracks (minimum 8)");
 }
 
-TEST(Protocol, ReportsProgressToTheEnd) {
-  const Sequence sequence = makeCircleSequence(6.0);
-  const FakeSolver solver = makePerfectSolver("fake");
-  std::vector<int> done;
-  int total = 0;
-  run(sequence, {&solver}, ProtocolOptions(), [&](int d, int t) {
-    done.push_back(d);
-    total = t;
-  });
-  EXPECT_EQ(total, 13);
-  ASSERT_EQ(done.size(), 13u);
-  EXPECT_EQ(done.front(), 1);
-  EXPECT_EQ(done.back(), 13);
-}
-
 TEST(Protocol, UnusableInputIsASentence) {
   const FakeSolver solver = makePerfectSolver("fake");
   const Sequence good = makeCircleSequence(3.0);
@@ -363,17 +348,6 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   for (const WindowRecord& window : result.windows) EXPECT_TRUE(window.methods[0].accepted());
 }
 
-TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
-  const Sequence sequence = makeCircleSequence(6.0);
-  const FakeSolver plain = makePatientSolver("plain", 10),
-                   growing = makePatientSolver("growing", 10);
-  ProtocolOptions options;
-  run(sequence, {&plain}, options);
-  options.first_keyframes = 10;
-  run(sequence, {&growing}, options);
-  EXPECT_EQ(plain.times, growing.times);
-}
-
 TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
   ProtocolOptions options;
   for (const int first : {1, 3, 11}) {
@@ -389,6 +363,7 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   sequence.truth[150].t = kNotComputed;  // some trials are none
   std::vector<std::string> files;
   std::vector<std::vector<int>> progress;
+  int total = 0;
   for (const int threads : {1, 2, 8}) {
     const VariedSolver first("first"), second("second", 2.0);
     ProtocolOptions options;
@@ -396,8 +371,10 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
     options.first_keyframes = 6;
     options.downstream = runNothing;
     progress.emplace_back();
-    ProtocolResult result = run(sequence, {&first, &second}, options,
-                                [&](int done, int) { progress.back().push_back(done); });
+    ProtocolResult result = run(sequence, {&first, &second}, options, [&](int done, int of) {
+      progress.back().push_back(done);
+      total = of;
+    });
     EXPECT_GT(result.counts.without_truth, 0);
     EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
     forgetTimes(&result);
@@ -408,6 +385,10 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   EXPECT_EQ(files[0], files[2]);
   EXPECT_EQ(progress[0], progress[1]);
   EXPECT_EQ(progress[0], progress[2]);
+  for (std::size_t i = 0; i < progress[0].size(); ++i) {
+    EXPECT_EQ(progress[0][i], static_cast<int>(i) + 1);
+  }
+  EXPECT_EQ(static_cast<int>(progress[0].size()), total);
 }
 
 TEST(ParallelProtocol, SolvesAsManyWindowsAtOnceAsItHasThreads) {

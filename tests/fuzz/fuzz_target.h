@@ -12,12 +12,11 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <limits>
 #include <string>
-#include <system_error>
+
+#include "support/folder.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
@@ -119,34 +118,10 @@ inline std::string edited(std::string file, Bytes* bytes) {
   return file;
 }
 
-/// A folder of this process, empty at construction, gone at its end.
-class Folder {
+/// A folder of this process.
+class Folder : public slim_init::Folder {
  public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("slim_init_fuzz_" + std::to_string(getpid()))) {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-  std::string path() const { return path_.string(); }
-
-  /// Writes a file; folders in its name are made.
-  void write(const std::string& name, const std::string& bytes) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-  }
-
- private:
-  std::filesystem::path path_;
+  Folder() : slim_init::Folder("slim_init_fuzz_" + std::to_string(getpid())) {}
 };
 
 }  // namespace slim_init::fuzz

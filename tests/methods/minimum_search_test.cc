@@ -95,13 +95,6 @@ TEST(BelievedLines, FewerAgreeWithAWrongStart) {
   EXPECT_GT(observations(search.truth), observations(wrong));
 }
 
-TEST(SearchMinimum, FromTheTruthItStaysThere) {
-  const Search search(noisyWindow());
-  const RefinedWindow refined = search.run(search.truth);
-  ASSERT_TRUE(refined.valid);
-  EXPECT_LT((refined.state.p_b0 - search.truth.p_b0).norm(), 0.05 * search.truth.p_b0.norm());
-}
-
 // Points that slide through the image, 8 px a keyframe, each its own way.
 ExactWindow withSlidingPoints(int points) {
   ExactWindow exact = noisyWindow();

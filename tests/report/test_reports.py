@@ -336,13 +336,5 @@ class CommandLine(Folder):
         self.assertIn("lacks a_module_of_nobody (Debian packages: python3-nobody)", err)
 
 
-class CheckerItself(unittest.TestCase):
-    def test_finds_what_is_wrong(self):
-        self.assertEqual(Checker("<p>a<b>c</b></p>").problems, [])
-        for html in ("<p>a<b>c</p></b>", "<p>a", "<img src=\"http://a/b.png\">",
-                     "<script></script>", "<a href=\"page.html\"></a>"):
-            self.assertNotEqual(Checker(html).problems, [], html)
-
-
 if __name__ == "__main__":
     unittest.main()

@@ -19,6 +19,9 @@ def load(rows, **info):
 
 
 class ByHand(unittest.TestCase):
+    """What program_test.py does not compare with the figures of the program, which are checked by
+    hand in tests/evaluation/report_test.cc."""
+
     def setUp(self):
         self.windows = load(by_hand()).windows
         self.all = statistics.summarize(self.windows)["hand"]
@@ -28,34 +31,18 @@ class ByHand(unittest.TestCase):
                            ("within_0_1", 1), ("within_0_5", 2), ("waiting", 1),
                            ("refused", 1), ("failed", 0)):
             self.assertEqual(self.all[key], value, key)
+        self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
 
-    def test_errors_over_successful_windows(self):
-        mean_square = (0.03 ** 2 + 0.4 ** 2 + 0.04 ** 2) / 3.0
+    def test_figures_that_the_program_does_not_have(self):
         p90 = 0.2 * 0.04 + 0.8 * 0.4  # sorted 0.03, 0.04, 0.4: position 1.8
-        for key, value in (("success/windows", 0.6),
-                           ("success.scale_error.rmse", math.sqrt(mean_square)),
-                           ("success.scale_error.median", 0.04), ("success.scale_error.p90", p90),
-                           ("success.gravity_error_deg.rmse", 10.0 * math.sqrt(mean_square)),
-                           ("success.gravity_error_deg.median", 0.4),
+        for key, value in (("success.gravity_error_deg.median", 0.4),
                            ("success.gravity_error_deg.p90", 10.0 * p90),
-                           ("success.velocity_rmse.rmse", 2.0 * math.sqrt(mean_square)),
-                           ("success.velocity_vec_rmse.rmse", 3.0 * math.sqrt(mean_square)),
-                           ("success.pose_rmse.rmse", 4.0 * math.sqrt(mean_square)),
-                           ("success.pose_rmse.median", 0.16),
-                           ("success.pose_rmse.p90", 4.0 * p90),
-                           ("success.gyro_bias_err_pct.rmse", 50.0 * math.sqrt(mean_square)),
-                           ("success.gyro_bias_vec_err.rmse", 0.1 * math.sqrt(mean_square))):
-            self.assertAlmostEqual(self.all[key], value, 12, key)
-
-    def test_errors_over_accepted_windows_whatever_they_are(self):
-        for key, value in (("accepted/windows", 0.6), ("within_0_1/accepted", 1.0 / 3.0),
-                           ("within_0_5/accepted", 2.0 / 3.0),
-                           ("evaluated.scale_error.max", 0.7),
+                           ("success.pose_rmse.median", 0.16), ("success.pose_rmse.p90", 4.0 * p90),
                            ("evaluated.scale_error.median", 0.4),
-                           ("evaluated.scale_error.rmse",
-                            math.sqrt((0.03 ** 2 + 0.4 ** 2 + 0.7 ** 2) / 3.0)),
-                           ("accepted.answer_s.median", 2.25),
-                           ("accepted.answer_keyframes.median", 10.0)):
+                           ("accepted.answer_keyframes.median", 10.0),
+                           ("within_0_5/accepted", 2.0 / 3.0), ("attempted.solve_ms.median", 2.5),
+                           ("attempted.solve_cpu_ms.mean", 2.0),
+                           ("attempted.solve_cpu_ms.p90", 0.3 * 1.5 + 0.7 * 5.0)):
             self.assertAlmostEqual(self.all[key], value, 12, key)
 
     def test_calibration_over_accepted_windows(self):
@@ -73,18 +60,6 @@ class ByHand(unittest.TestCase):
                            ("rotation_over_sigma.rmse", 0.5), ("readout_error_ms.rmse", 1.0)):
             self.assertAlmostEqual(summary["evaluated." + key], value, 12, key)
         self.assertTrue(math.isnan(self.all["evaluated.td_error_ms.rmse"]))  # nobody estimated it
-
-    def test_times_over_windows_with_an_estimate(self):
-        for key, value in (("attempted.solve_ms.median", 2.5),
-                           ("attempted.solve_cpu_ms.median", 1.25),
-                           ("attempted.solve_cpu_ms.mean", 2.0),
-                           ("attempted.solve_cpu_ms.p90", 0.3 * 1.5 + 0.7 * 5.0)):
-            self.assertAlmostEqual(self.all[key], value, 12, key)
-        self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
-
-    def test_excited_windows(self):
-        excited = statistics.summarize(self.windows[self.windows["excited"]])["hand"]
-        self.assertEqual((excited["windows"], excited["success"], excited["accepted"]), (3, 3, 2))
 
     def test_statuses_add_up_to_all_windows(self):
         counts = statistics.statuses(self.windows).loc["hand"]

@@ -288,31 +288,24 @@ struct ImageMessage {
 };
 
 TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
-  cv::Mat grey;
-  ImageMessage message;
-  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
-  EXPECT_EQ(grey.at<std::uint8_t>(1, 0), 3);
-  message.encoding = "rgb8";
-  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey),
-            "claims to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes");
-  message.step = 6;
-  message.data.assign(12, 77);
-  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
-  EXPECT_EQ(grey.at<std::uint8_t>(1, 1), 77);
-  message.encoding = "bayer_rggb8";
-  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey)
-                .rfind("has encoding 'bayer_rggb8', must be mono8", 0),
-            0u);
-  message = ImageMessage();
-  message.data.pop_back();
-  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
-  message = ImageMessage();
-  message.width = 0;
-  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
-  message = ImageMessage();
-  message.width = message.step = 0xFFFFFFFFu;
-  message.height = 0xFFFFFFFFu;
-  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
+  constexpr std::uint32_t kMost = 0xFFFFFFFFu;
+  const std::vector<std::uint8_t> colours(12, 77);
+  const std::pair<ImageMessage, const char*> cases[] = {
+      {{}, ""},
+      {{2, 2, 6, "rgb8", colours}, ""},
+      {{2, 2, 2, "rgb8"}, "claims to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes"},
+      {{2, 2, 6, "bayer_rggb8", colours}, "has encoding 'bayer_rggb8', must be mono8"},
+      {{2, 2, 2, "mono8", {3, 3, 3}}, "claims to be 2 x 2"},
+      {{0, 2, 2}, "claims to be 0 x 2"},
+      {{kMost, kMost, kMost}, "claims to be "}};
+  for (const auto& [message, said] : cases) {
+    cv::Mat grey;
+    const std::string problem = feature_tracker_lines::decodeImage(message, &grey);
+    EXPECT_EQ(problem.rfind(said, 0), 0u) << problem;
+    if (*said != '\0') continue;
+    EXPECT_EQ(problem, "");
+    EXPECT_EQ(grey.at<std::uint8_t>(1, 0), message.data.back());
+  }
 }
 
 }  // namespace

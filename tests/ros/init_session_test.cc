@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "slim_init/keyframe_window.h"
+#include "slim_init/ros/stamp_clock.h"
 
 namespace slim_init::node {
 namespace {
@@ -230,16 +231,6 @@ TEST_F(InitSessionTest, LostLinesHoldUpOneFrameOnly) {
   EXPECT_EQ(session_->poll()->t, 0.15);
 }
 
-TEST_F(InitSessionTest, LinesWithoutAFrameAreCounted) {
-  make(everyFrame(true));
-  session_->addLines(0.05, line());
-  session_->addLines(0.10, line());
-  session_->addPoints(frame(0.15));
-  EXPECT_EQ(session_->streamCounts().lines_unmatched, 2);
-  session_->addLines(0.05, line());
-  EXPECT_EQ(session_->streamCounts().lines_unmatched, 3);
-}
-
 TEST_F(InitSessionTest, StopsAtAnAnswerUntilItIsAskedAgain) {
   make(everyFrame(false));
   scripted_->script = {InitStatus::kStationary, InitStatus::kSuccess, InitStatus::kSuccess,
@@ -321,6 +312,17 @@ TEST(InitSessionOptionsTest, NamesFieldValueAndBound) {
   EXPECT_EQ(options.validate(), "attempt_interval_s is -1, must be in [0, 60]");
   options.attempt_interval_s = kNotComputed;
   EXPECT_NE(options.validate(), "");
+}
+
+TEST(StampClockTest, KeepsNanosecondsAndGoesBelowTheFirstStamp) {
+  StampClock clock;
+  const std::int64_t first = 1403715273262142976;
+  EXPECT_EQ(clock.seconds(first), 0.0);
+  EXPECT_DOUBLE_EQ(clock.seconds(first + 1), 1e-9);
+  EXPECT_DOUBLE_EQ(clock.seconds(first - 2000000000), -2.0);
+  for (const std::int64_t step : {1LL, 123456789LL, 86400123456789LL}) {
+    EXPECT_EQ(clock.stampNs(clock.seconds(first + step)), first + step);
+  }
 }
 
 }  // namespace

@@ -163,27 +163,19 @@ TEST_P(EveryWorld, MostPointsAreVisibleFromThePath) {
   EXPECT_GT(seen, 0.85 * static_cast<double>(world.points.size()));
 }
 
-TEST_P(EveryWorld, EqualSeedsGiveEqualBytes) {
-  const World a = makeWorld(optionsOf(GetParam().kind, 3), GetParam().path);
-  const World b = makeWorld(optionsOf(GetParam().kind, 3), GetParam().path);
-  const World c = makeWorld(optionsOf(GetParam().kind, 4), GetParam().path);
-  EXPECT_EQ(a.points, b.points);
-  EXPECT_NE(a.points, c.points);
-  ASSERT_EQ(a.segments.size(), b.segments.size());
-  for (std::size_t i = 0; i < a.segments.size(); ++i) {
-    EXPECT_EQ(a.segments[i].start, b.segments[i].start);
-    EXPECT_EQ(a.segments[i].end, b.segments[i].end);
-  }
-  EXPECT_NE(a.segments.back().start, c.segments.back().start);
-}
-
-TEST_P(EveryWorld, StreamsAreIndependent) {
+TEST_P(EveryWorld, EqualSeedsGiveEqualBytesOfIndependentStreams) {
   WorldOptions options = optionsOf(GetParam().kind);
   const World world = makeWorld(options, GetParam().path);
   options.points = 100;
   const World few_points = makeWorld(options, GetParam().path);
   ASSERT_EQ(world.segments.size(), few_points.segments.size());
-  EXPECT_EQ(world.segments.back().start, few_points.segments.back().start);
+  for (std::size_t i = 0; i < world.segments.size(); ++i) {
+    EXPECT_EQ(world.segments[i].start, few_points.segments[i].start);
+    EXPECT_EQ(world.segments[i].end, few_points.segments[i].end);
+  }
+  const World other = makeWorld(optionsOf(GetParam().kind, 2), GetParam().path);
+  EXPECT_NE(world.points, other.points);
+  EXPECT_NE(world.segments.back().start, other.segments.back().start);
   options = optionsOf(GetParam().kind);
   options.segments = 7;
   EXPECT_EQ(world.points, makeWorld(options, GetParam().path).points);
@@ -192,30 +184,16 @@ TEST_P(EveryWorld, StreamsAreIndependent) {
 INSTANTIATE_TEST_SUITE_P(Worlds, EveryWorld, testing::ValuesIn(cases()),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(World, HasTheNaturalSizeOfItsKind) {
+TEST(World, HasTheNaturalSizeAndFurnitureOfItsKind) {
   const World room = makeWorld(optionsOf(WorldKind::kRoom), loop());
   EXPECT_TRUE((room.hull.max - room.hull.min).isApprox(Eigen::Vector3d(8, 8, 4), 1e-3));
   const World hall = makeWorld(optionsOf(WorldKind::kHall), loop());
   EXPECT_TRUE((hall.hull.max - hall.hull.min).isApprox(Eigen::Vector3d(20, 15, 8), 1e-3));
   const World corridor = makeWorld(optionsOf(WorldKind::kCorridor), walk(1, 40.0));
   EXPECT_TRUE((corridor.hull.max - corridor.hull.min).isApprox(Eigen::Vector3d(2, 60, 2.7), 2e-3));
-}
-
-TEST(World, RoomAndHallAreFurnishedAndTheCorridorIsNot) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    EXPECT_GE(makeWorld(optionsOf(WorldKind::kRoom, seed), loop()).obstacles.size(), 4U);
-    EXPECT_GE(makeWorld(optionsOf(WorldKind::kHall, seed), loop()).obstacles.size(), 8U);
-    EXPECT_TRUE(makeWorld(optionsOf(WorldKind::kCorridor, seed), loop()).obstacles.empty());
-  }
-}
-
-TEST(World, ObstaclesHideSomething) {
-  const World world = makeWorld(optionsOf(WorldKind::kRoom), loop());
-  int hidden = 0;
-  for (const Eigen::Vector3d& p : world.points) hidden += !world.visible(loop()[0], p);
-  const double share = hidden / static_cast<double>(world.points.size());
-  EXPECT_GT(share, 0.02);
-  EXPECT_LT(share, 0.6);
+  EXPECT_GE(room.obstacles.size(), 4U);
+  EXPECT_GE(hall.obstacles.size(), 8U);
+  EXPECT_TRUE(corridor.obstacles.empty());
 }
 
 TEST(World, CountsAreWhatWasAskedFor) {
@@ -322,13 +300,9 @@ TEST(WorldVisible, ABoxHidesWhatIsBehindItAndWallsWhatIsOutside) {
 
 TEST(WorldKindNames, AreParsed) {
   WorldKind kind = WorldKind::kRoom;
-  for (const auto& [name, expected] :
-       {std::pair("hall", WorldKind::kHall), std::pair("corridor", WorldKind::kCorridor),
-        std::pair("room", WorldKind::kRoom)}) {
-    EXPECT_TRUE(parseWorldKind(name, &kind));
-    EXPECT_EQ(kind, expected);
-  }
-  kind = WorldKind::kHall;
+  EXPECT_TRUE(parseWorldKind("corridor", &kind) && kind == WorldKind::kCorridor);
+  EXPECT_TRUE(parseWorldKind("room", &kind) && kind == WorldKind::kRoom);
+  EXPECT_TRUE(parseWorldKind("hall", &kind) && kind == WorldKind::kHall);
   EXPECT_FALSE(parseWorldKind("Room", &kind));
   EXPECT_EQ(kind, WorldKind::kHall);
 }

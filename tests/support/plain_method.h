@@ -7,14 +7,16 @@
 
 namespace slim_init {
 
-/// A method that has nothing but solve(): what the base class says of the rest.
+/// A method that has nothing but a status: what the base class says of the rest.
 class PlainMethod : public WindowSolver {
  public:
+  explicit PlainMethod(InitStatus status = InitResult().status) { result_.status = status; }
   const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& /*window*/) const override { return InitResult(); }
+  InitResult solve(const InitWindow& /*window*/) const override { return result_; }
 
  private:
   std::string name_ = "other";
+  InitResult result_;
 };
 
 }  // namespace slim_init

@@ -128,12 +128,6 @@ TEST_F(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   EXPECT_EQ(slow["tracking"]["images_without_gyro"], 0);
 }
 
-TEST_F(AbAsl, EqualRunsGiveEqualWindows) {
-  for (const char* out : {"first", "second"}) ran("--asl @wall", out);
-  EXPECT_GT(windowsOf(folder.file("first")).size(), 1000u);
-  EXPECT_EQ(windowsOf(folder.file("first")), windowsOf(folder.file("second")));
-}
-
 TEST_F(AbAsl, TheTruthIsTakenAtTheTimeOffsetOfTheConfiguration) {
   writeConfig("late.yaml", "td: 0.0", "td: 0.5");
   ran("--asl @wall --methods drt-l --config @config.yaml", "right");
@@ -142,20 +136,6 @@ TEST_F(AbAsl, TheTruthIsTakenAtTheTimeOffsetOfTheConfiguration) {
   expectParts(run.err, "10 of 81 images lie outside the IMU data");
   const auto windows = readFile(folder.file("late/windows.csv"));
   expectParts(windows, "wall,0,0.5,1500000000500000000,2.25,10,");
-}
-
-TEST_F(AbAsl, WithoutTruthTheReportHasVerdictsOnly) {
-  fs::remove_all(folder.file("wall/mav0/state_groundtruth_estimate0"));
-  const ProgramRun run = ran("--asl @wall --methods drt-l");
-  expectParts(run.err, "state_groundtruth_estimate0/data.csv does not exist");
-  EXPECT_FALSE(contains(run.out, "scale rmse")) << run.out;
-  const auto json = summaryOf(folder.file("out"));
-  EXPECT_EQ(json["has_truth"], false);
-  EXPECT_EQ(json["gyro_bias_truth"], "none");
-  const auto& all = json["methods"]["drt-l"]["all"];
-  EXPECT_EQ(all["windows"], 4);
-  EXPECT_EQ(all["attempted"], 4);
-  EXPECT_TRUE(all["success_rate"].is_null());
 }
 
 TEST_F(AbAsl, UnreadableImagesAreCountedAndTheRunGoesOn) {

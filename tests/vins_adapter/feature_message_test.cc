@@ -116,7 +116,7 @@ TEST(FeatureMessage, GarbageIsRefusedWithASentence) {
       {"z of point 0 is 2, must be 1", [](GlueCloud* c) { c->points[0].z = 2.0f; }},
       {"id of point 0 is -1", [](GlueCloud* c) { c->channels[0].values[0] = -1.0f; }},
       {"id of point 0 is 0.5", [](GlueCloud* c) { c->channels[0].values[0] = 0.5f; }},
-      {"id of point 1 is 1.6777216e+07",
+      {"id of point 1 is 1.67772e+07",  // a float prints with six digits
        [](GlueCloud* c) { c->channels[0].values[1] = 16777216.0f; }},
   };
   for (const bool lines : {false, true}) {
@@ -129,11 +129,7 @@ TEST(FeatureMessage, GarbageIsRefusedWithASentence) {
       const bool read =
           lines ? readLineMessage(cloud, &frame, &error) : readPointMessage(cloud, &frame, &error);
       EXPECT_FALSE(read) << garbage.words;
-      // A float prints with six digits.
-      const std::string words = garbage.words;
-      const bool id_range = words.find("e+07") != std::string::npos;
-      EXPECT_NE(error.find(id_range ? "id of point 1 is 1.67772e+07" : words), std::string::npos)
-          << error;
+      EXPECT_NE(error.find(garbage.words), std::string::npos) << error;
       EXPECT_EQ(error.find(lines ? "line message" : "feature message"), 0u) << error;
       EXPECT_EQ(frame.t, -1.0);
       EXPECT_TRUE(frame.points.empty() && frame.lines.empty());

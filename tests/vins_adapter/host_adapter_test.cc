@@ -304,30 +304,6 @@ TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   expectParts(off->recover(stamps(3, 4), {healthy(2)}).message, "reinit: 0");
 }
 
-TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
-  const auto together = make();
-  feed(*together, 0, 30);
-  const HostResult expected = together->seed(stamps(30));
-  const auto apart = make();
-  feedImu(*apart);
-  for (int k = 0; k <= 30; ++k) {
-    FrameObservation bare = exact_.keyframes[k];
-    bare.lines.clear();
-    if (k % 2 == 0) apart->addLines(bare.t, exact_.keyframes[k].lines);
-    apart->addFrame(bare);
-    if (k % 2 == 1) apart->addLines(bare.t, exact_.keyframes[k].lines);
-  }
-  const HostResult answer = apart->seed(stamps(30));
-  ASSERT_TRUE(expected.success() && answer.success()) << answer.message;
-  EXPECT_EQ(answer.result.counts.line_observations, expected.result.counts.line_observations);
-  EXPECT_GT(answer.result.counts.line_observations, 0);
-  for (int i = 0; i < kHostFrames; ++i) {
-    // To what the IMU samples after the newest keyframe, of which there are more by now, add to its
-    // measured noise.
-    EXPECT_LT((answer.window.states[i].P - expected.window.states[i].P).norm(), 1e-5);
-  }
-}
-
 TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   const auto adapter = make();
   feed(*adapter, 0, 30);

@@ -5,10 +5,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <cstdlib>
-#include <fstream>
 
 #include "VioManager.h"
+#include "evaluation/scratch_folder.h"
 #include "geometry/so3.h"
 #include "support/exact_window.h"
 
@@ -23,16 +22,13 @@ class OpenVinsRun : public ::testing::Test {
     options.keyframes = 40;
     options.interval_s = 0.1;
     exact_ = makeExactWindow(options);
-    folder_ = ::testing::TempDir() + "slim_init-openvins-XXXXXX";
-    EXPECT_NE(mkdtemp(&folder_[0]), nullptr);
   }
-  ~OpenVinsRun() override { EXPECT_EQ(std::system(("rm -r '" + folder_ + "'").c_str()), 0); }
 
   // The host with these keys in its file.
   ov_msckf::VioManager& start(const std::map<std::string, std::string>& keys) {
     auto parser = std::make_shared<ov_core::YamlParser>();
     parser->texts = keys;
-    parser->folder = folder_ + "/";
+    parser->folder = folder_.path() + "/";
     const Calibration& rig = exact_.calibration;
     ov_init::InertialInitializerOptions options;
     options.print_and_load_initializer(parser);
@@ -91,7 +87,7 @@ class OpenVinsRun : public ::testing::Test {
   }
 
   ExactWindow exact_;
-  std::string folder_;
+  const ScratchFolder folder_;
   std::unique_ptr<ov_msckf::VioManager> manager_;
   std::size_t next_ = 0;
 };
@@ -145,13 +141,6 @@ TEST_F(OpenVinsRun, StaticInitializationIsKept) {
   EXPECT_EQ(timesPrinted("[slim_init]: too_few_keyframes"), 1);
 }
 
-TEST_F(OpenVinsRun, DynamicInitializationIsReplaced) {
-  ov_msckf::VioManager& host = start({{"initializer", "slim"}, {"init_dyn_use", "true"}});
-  host.initializer->dynamic_succeeds = true;
-  EXPECT_EQ(run(3), -1);
-  EXPECT_EQ(host.initializer->dynamic_tries, 0);
-}
-
 TEST_F(OpenVinsRun, ShadowReportsAndLeavesTheHostAlone) {
   ov_msckf::VioManager& host = start({{"initializer", "shadow"}, {"init_dyn_use", "true"}});
   for (int k = 0; k < 30; ++k) {
@@ -190,15 +179,14 @@ TEST_F(OpenVinsRun, ShadowReportsAndLeavesTheHostAlone) {
 }
 
 TEST_F(OpenVinsRun, TheFileOfOptionsLiesBesideTheHosts) {
-  const std::string path = folder_ + "/mine.yaml";
-  std::ofstream(path) << "%YAML:1.0\nslim_init:\n  method: drt-l\n";
+  folder_.write("mine.yaml", "%YAML:1.0\nslim_init:\n  method: drt-l\n");
   start({{"initializer", "slim"}, {"relative_config_slim_init", "mine.yaml"}});
   EXPECT_EQ(timesPrinted("initializer: slim, method drt-l"), 1);
   // A method without a covariance has nothing that the filter could begin with.
   EXPECT_EQ(run(35), -1);
   EXPECT_GE(timesPrinted("no covariance"), 1);
   // By its whole path.
-  start({{"initializer", "slim"}, {"relative_config_slim_init", path}});
+  start({{"initializer", "slim"}, {"relative_config_slim_init", folder_.file("mine.yaml")}});
   EXPECT_EQ(timesPrinted("initializer: slim, method drt-l"), 2);
 }
 

@@ -6,13 +6,12 @@
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
+#include "evaluation/scratch_folder.h"
 #include "geometry/so3.h"
 #include "node.h"
 #include "slim_init/initializer.h"
@@ -87,27 +86,20 @@ void setStamp(double t, Header* header) {
 class StandInRun : public ::testing::Test {
  protected:
   StandInRun() {
-    folder_ = ::testing::TempDir() + "slim_init-stand-in-XXXXXX";
-    EXPECT_NE(mkdtemp(&folder_[0]), nullptr);
     ExactWindowOptions options;
     options.keyframes = 60;
     options.interval_s = 0.1;
     exact_ = makeExactWindow(options);
   }
-  ~StandInRun() override {
-    unlink((folder_ + "/host.yaml").c_str());
-    unlink((folder_ + "/slim_init_starts.csv").c_str());
-    rmdir(folder_.c_str());
-  }
 
   // The host's file with our keys, in it and in its section slim_init:, and the node's start.
   Estimator& start(const std::string& keys, const std::string& section = "") {
-    const std::string path = folder_ + "/host.yaml";
+    const std::string path = folder_.file("host.yaml");
     std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     std::ofstream out(path);
     for (std::string line; std::getline(in, line);) {
       if (line.find("initializer:") == 0 || line.find("reinit:") == 0) continue;
-      if (line.find("output_path:") == 0) line = "output_path: \"" + folder_ + "\"";
+      if (line.find("output_path:") == 0) line = "output_path: \"" + folder_.path() + "\"";
       // Lock step: every frame gets the estimate of its own window.
       if (line.find("slim_init:") == 0) out << keys << (keys.empty() ? "" : "max_wait_ms: -1\n");
       out << line << "\n";
@@ -228,7 +220,7 @@ class StandInRun : public ::testing::Test {
                          [&text](const std::string& line) { return contains(line, text); });
   }
   std::vector<std::string> csv() const {
-    std::ifstream in(folder_ + "/slim_init_starts.csv");
+    std::ifstream in(folder_.file("slim_init_starts.csv"));
     std::vector<std::string> lines;
     for (std::string line; std::getline(in, line);) lines.push_back(line);
     return lines;
@@ -268,7 +260,7 @@ class StandInRun : public ::testing::Test {
     return frameUntilStarted() - 1;
   }
 
-  std::string folder_;
+  const ScratchFolder folder_;
   ExactWindow exact_;
   Eigen::Matrix3d wrong_;
   Finder* finder_ = nullptr;
