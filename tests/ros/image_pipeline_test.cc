@@ -203,6 +203,12 @@ TEST_F(ImagePipelineTest, AFullQueueDropsTheOldestAndWaitsForNoImuData) {
   EXPECT_EQ(pipeline.counts().images_without_imu, 1);
   pipeline.track(&worked);
   EXPECT_FALSE(worked) << "there is room, and samples may come";
+  options_.image_queue = 1;
+  ImagePipeline shortest(config_, options_);
+  shortest.addImu(sampleAt(0.0));
+  shortest.addImage(images_.front(), imageAt(images_.front()));
+  shortest.track(&worked);
+  EXPECT_FALSE(worked) << "nor does the only image hurry";
 }
 
 TEST_F(ImagePipelineTest, ImagesThatCannotBeUsedAreCountedAndTheNextIsTracked) {

@@ -84,7 +84,8 @@ TEST_F(AdapterInFlight, WhatTheWindowKeepsAtRestJudgesTheImuData) {
     sample.gyro = rest.gyro_bias + Eigen::Vector3d::Constant(1e-4 * (i % 5));
     exact_.imu.push_back(sample);
   }
-  for (const bool tells : {true, false}) {
+  enum { kTells, kTellsNothing, kIsWatched };
+  for (const int host : {kTells, kTellsNothing, kIsWatched}) {
     for (const bool damaged : {true, false}) {
       const double begin = damaged ? rest.t - 0.095 : rest.t;
       const std::vector<ImuSample> imu =
@@ -92,15 +93,22 @@ TEST_F(AdapterInFlight, WhatTheWindowKeepsAtRestJudgesTheImuData) {
       fly(imu, kHostFrames);
       HostPreparation prepared;
       for (int k = kHostFrames; k < kFrames + kRest; ++k) {
-        if (tells) adapter_->received(exact_.keyframes[k].t);
+        if (host == kTells) adapter_->received(exact_.keyframes[k].t);
+        // One wrong stamp, and a td that changes, do not matter.
+        if (host == kTells && k == 20) adapter_->received(1000.0);
+        if (k == kFrames) adapter_->setTd(1e-3);
         feed(exact_, imu, k, k, &next_, adapter_.get());
         std::vector<HostState> states = window(std::min(k, kFrames));
         states[kHostFrames - 2] = toHostState(exact_.truth[k - 1], 0.0);
         states[kHostFrames - 1] = toHostState(exact_.truth[k], 0.0);
-        prepared = prepare(states);
+        if (host == kIsWatched && k + 1 < kFrames + kRest) {
+          watch(states);
+        } else {
+          prepared = prepare(states);
+        }
       }
       ASSERT_FALSE(prepared.intervals.empty());
-      EXPECT_EQ(prepared.intervals.back().damaged, damaged) << tells << prepared.message;
+      EXPECT_EQ(prepared.intervals.back().damaged, damaged) << host << prepared.message;
     }
   }
 }

@@ -189,6 +189,20 @@ class StandInRun : public ::testing::Test {
     }
     return samples;
   }
+  // The same data, 1000 s earlier, after a reset.
+  void playAgain() {
+    next_ = 0;
+    for (ImuSample& sample : exact_.imu) sample.t -= 1000.0;
+    for (FrameObservation& observed : exact_.keyframes) observed.t -= 1000.0;
+    for (NavState& state : exact_.truth) state.t -= 1000.0;
+    host().clearState();
+    host().setParameter();
+  }
+  // Of the odometry frame, by its topic.
+  static double frameBegan() {
+    const std::string& row = ros::published()["slim_init/frame"].back();
+    return std::stod(row.substr(row.find(',') + 1));
+  }
   // Puts another force into the samples between two times.
   void stick(double from, double until, const Eigen::Vector3d& accel) {
     for (ImuSample& sample : exact_.imu) {
@@ -887,19 +901,23 @@ TEST_F(StandInRun, ABagPlayedAgainIsAFlightOfItsOwn) {
   Estimator& e = start("initializer: slim\nreinit: 1\n");
   fly(40);
   request(true);
-  next_ = 0;
-  for (ImuSample& sample : exact_.imu) sample.t -= 1000.0;
-  for (FrameObservation& observed : exact_.keyframes) observed.t -= 1000.0;
-  for (NavState& state : exact_.truth) state.t -= 1000.0;
-  e.clearState();
-  e.setParameter();
+  playAgain();
   const int resets = e.resets;
   const std::size_t reports = ros::published()["slim_init/health"].size();
   fly(50);
   EXPECT_EQ(e.resets, resets) << logText();
   EXPECT_GE(ros::published()["slim_init/health"].size(), reports + 3);
-  const std::string& frame = ros::published()["slim_init/frame"].back();
-  EXPECT_LT(std::stod(frame.substr(frame.find(',') + 1)), exact_.truth[20].t) << frame;
+  EXPECT_LT(frameBegan(), exact_.truth[20].t);
+}
+
+TEST_F(StandInRun, AStockStartBeginsAFrameToo) {
+  Estimator& e = start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
+  e.stock_succeeds = true;
+  fly(30);
+  playAgain();
+  e.initial_timestamp = exact_.keyframes.front().t;
+  fly(30);
+  EXPECT_LT(frameBegan(), exact_.truth[20].t);
 }
 
 TEST_F(StandInRun, AtRestTheOldestFramesGo) {

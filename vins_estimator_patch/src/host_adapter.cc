@@ -625,7 +625,10 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
 
 // The host drops images while it has no IMU data, but its tracker has them.
 void HostAdapter::State::noteImage(double stamp) {
-  if (stamp < newest_image) gaps.erase(gaps.lower_bound(stamp), gaps.end());
+  // A stamp that is from the future, or of the time before a restart, has made no gap.
+  for (; !gaps.empty() && gaps.rbegin()->second > stamp; gaps.erase(std::prev(gaps.end()))) {
+    newest_image = gaps.rbegin()->first;
+  }
   if (stamp - newest_image > kLongestUnjudged) gaps[newest_image] = stamp;
   newest_image = stamp;
 }

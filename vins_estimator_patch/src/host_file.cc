@@ -11,11 +11,12 @@ namespace {
 HostFile toHostFile(const HostKeys& keys) {
   HostFile file;
   parseHostMode(keys.initializer, &file.mode);
-  file.reinit = keys.reinit;
-  file.watchdog = keys.watchdog;
+  const bool shadow = file.mode == HostMode::kShadow;
+  file.reinit = keys.reinit && !shadow;
+  file.watchdog = keys.watchdog && !shadow;
   file.keep_heading = keys.keep_heading;
-  // Shadow mode compares solves that have finished.
-  file.max_wait_ms = file.mode == HostMode::kShadow ? -1.0 : keys.max_wait_ms;
+  // Shadow mode compares solves that have finished, before the host starts.
+  file.max_wait_ms = shadow ? -1.0 : keys.max_wait_ms;
   file.output_path = keys.output_path;
   return file;
 }
@@ -35,6 +36,9 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   if (!loadConfig(path, &config, error)) return nullptr;
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
+  if (read.mode == HostMode::kShadow && (config.host.reinit || config.host.watchdog)) {
+    read.notes.push_back("reinit and watchdog have no effect with initializer: shadow");
+  }
   if (std::exchange(config.options.provisional.enabled, false)) {
     read.notes.push_back("provisional.enabled is set and has no effect: this host takes successes");
   }

@@ -194,6 +194,11 @@ struct HostGlue::State {
     widenFrame(propagated.position_sigma, propagated.yaw_sigma_deg);
     publishFrame(stamp);
   }
+  void beginFrame(double stamp) {
+    frame_since = stamp;
+    frame_variance = frame_yaw_variance = frame_reported = 0.0;
+    publishFrame(stamp);
+  }
   // By standard deviations [m, deg]. The states are healthy again soon, the frame is not: users who
   // do not read its topic are told, too.
   void widenFrame(double position_sigma, double yaw_sigma_deg) {
@@ -339,10 +344,6 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
   state.adapter = std::move(adapter);
   state.take(file);
   state.file = file;
-  if (state.file.mode == HostMode::kShadow && state.file.reinit) {
-    state.file.reinit = false;
-    state.file.notes.push_back("reinit is set and has no effect with initializer: shadow");
-  }
   for (const std::string& note : state.file.notes) state.report(ReportLevel::kInfo, note);
   state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
                                        ", reinit: " + (state.file.reinit ? "1" : "0") +
@@ -451,9 +452,7 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
       state.monitor.doubt(stamps.back());
       state.continueFrame(stamps.back(), propagated.ok ? answer.frame : propagated);
     } else {
-      state.frame_since = stamps.back();
-      state.frame_variance = state.frame_yaw_variance = state.frame_reported = 0.0;
-      state.publishFrame(stamps.back());
+      state.beginFrame(stamps.back());
     }
     return true;
   }
@@ -638,7 +637,10 @@ bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window
     window->swap(moved.states);
     return true;
   }
-  if (state.file.mode != HostMode::kShadow) return false;
+  if (state.file.mode != HostMode::kShadow) {
+    if (result && state.file.mode == HostMode::kStock) state.beginFrame(window->back().stamp);
+    return false;
+  }
   state.reportMissingLines();
   StockStart stock;
   stock.tried = tried;

@@ -106,7 +106,7 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   const double t_image = calibration.imuTime(images_.front().t);
   const bool covered = t_image <= t_imu_;  // false without IMU
   const bool may_wait = t_image_ - images_.front().t < options_.max_imu_wait_s &&
-                        static_cast<int>(images_.size()) < options_.image_queue;
+                        static_cast<int>(images_.size()) < std::max(2, options_.image_queue);
   if (!covered && config_.front_end.use_gyro && may_wait) return std::nullopt;
 
   *worked = true;

@@ -379,7 +379,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
 
 // A sensor that gives one value for hours is damage all the time.
 void ImuScreen::forgetOld(double t) {
-  while (samples_.size() > 1 && samples_.front().t < t - kKept) samples_.pop_front();
+  while (samples_.size() > kJudged && samples_.front().t < t - kKept) samples_.pop_front();
   while (!left_out_.empty() && left_out_.front().t < t - kKept) left_out_.pop_front();
   while (!damage_.empty() && damage_.front().last < t - kKept) damage_.pop_front();
 }

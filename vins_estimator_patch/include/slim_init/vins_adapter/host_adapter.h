@@ -126,8 +126,8 @@ class HostAdapter {
   AddStatus addSpeed(const SpeedSample& sample);
 
   /// The stamp [s] of an image that the host has received, whether or not it will use it: a host
-  /// drops images while it has no IMU data, and its tracks go on. Without these calls each long
-  /// interval between two frames counts as a gap in the images.
+  /// drops images while it has no IMU data, and its tracks go on. Without these calls only the
+  /// frames in use are known, and what it drops is a gap in the images.
   void received(double stamp);
 
   /// The host's present estimate of the time offset [s] (as Calibration::td), for the frames that
