@@ -27,12 +27,12 @@ ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
 }
 
 RefinedWindow refine(const InitWindow& window, const WindowState& start,
-                     const RefinementOptions& options, StartMode mode = StartMode::kFine) {
+                     const RefinementOptions& options) {
   const InertialOptions inertial = dataSheetNoise();
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, Eigen::Vector3d::Zero(), inertial);
   WorkBudget budget = unlimitedBudget();
-  return refineWindow({window, pre, options, inertial, budget}, window.lineTracks(), start, mode);
+  return refineWindow({window, pre, options, inertial, budget}, window.lineTracks(), start);
 }
 
 double spread(const WindowState& state) {
@@ -103,8 +103,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   }
   ASSERT_GT(wrong, 20);
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options;
-  const RefinedWindow refined = refine(*window, truth, options);
+  const RefinedWindow refined = refine(*window, truth, {});
   ASSERT_TRUE(refined.valid);
   // A Rayleigh variable is beyond 3.5 sigma once in 450; short tracks, which bend to their outlier,
   // lose good observations with it.
@@ -114,7 +113,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   EXPECT_NEAR(refined.sigma_px, 0.6, 0.1);
   EXPECT_LT(scaleError(refined, truth), 0.02);
 
-  RefinementOptions keep_all = options;
+  RefinementOptions keep_all;
   keep_all.reject_sigmas = 1e6;
   const RefinedWindow with_all = refine(*window, truth, keep_all);
   ASSERT_TRUE(with_all.valid);
@@ -151,9 +150,8 @@ TEST(RefineWindow, AWrongLineIsTakenOut) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options;
-  const RefinedWindow clean = refine(*exact.window, trueState(exact), options);
-  const RefinedWindow refined = refine(*window, trueState(exact), options);
+  const RefinedWindow clean = refine(*exact.window, trueState(exact), {});
+  const RefinedWindow refined = refine(*window, trueState(exact), {});
   ASSERT_TRUE(clean.valid && refined.valid);
   EXPECT_GT(refined.cost, clean.cost + 10.0);
   EXPECT_NEAR(refined.sigma_line_px, clean.sigma_line_px, 0.15 * clean.sigma_line_px);
@@ -184,7 +182,8 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
     }
   }
   const auto with_errors = windowOf(exact, frames);
-  const RefinementOptions options;
+  RefinementOptions options;
+  options.tolerance = 0.01;
   const RefinedWindow clean = refine(*exact.window, trueState(exact), options);
   const RefinedWindow refined = refine(*with_errors, trueState(exact), options);
   ASSERT_TRUE(clean.valid && refined.valid);
@@ -201,8 +200,7 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
 
 TEST(RefineWindow, AStartThatIsNotFiniteIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
-  const WindowState truth = trueState(exact);
-  WindowState broken = truth;
+  WindowState broken = trueState(exact);
   broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(refine(*exact.window, broken, RefinementOptions()).valid);
 }
@@ -213,13 +211,12 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   const RefinementOptions options;
   std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
-  const auto lines = exact.window->lineTracks();
   const InertialOptions inertial = dataSheetNoise();
   WorkBudget budget = unlimitedBudget();
   const RefinementInput input = {*exact.window, pre, options, inertial, budget};
-  EXPECT_TRUE(refineWindow(input, lines, truth, StartMode::kFine).valid);
+  EXPECT_TRUE(refineWindow(input, {}, truth).valid);
   pre[4].covariance.setZero();
-  EXPECT_FALSE(refineWindow(input, lines, truth, StartMode::kFine).valid);
+  EXPECT_FALSE(refineWindow(input, {}, truth).valid);
 }
 
 // ---- biases and lines ---------------------------------------------------------------------------

@@ -135,7 +135,7 @@ TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   ASSERT_LT(found.cost, 0.9 * once.cost) << "this window needs the second search";
   EXPECT_LT(found.cost, 1.01 * search.run(search.truth).cost);
 
-  WorkBudget enough = budgetOf(1.01 * all.used());
+  WorkBudget enough = budgetOf(1.01 * all.used() + first.used());
   EXPECT_EQ(search.run(wrong, &enough).cost, found.cost);
   EXPECT_EQ(enough.takeLeftOut(), "");
 

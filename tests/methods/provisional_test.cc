@@ -73,11 +73,11 @@ Refined refineShortWindow(unsigned seed, const MotionPrior& motion) {
   RefinementOptions refinement;
   refinement.use_lines = false;
   refinement.tolerance = 1e-8;
-  refinement.max_iterations = 50;
+  refinement.max_iterations = 200;
   WorkBudget budget = unlimitedBudget();
   out.window = refineWindow(
       {*out.exact.window, out.pre, refinement, inertial, budget, {WindowPriors().rig, motion}}, {},
-      state, StartMode::kFine);
+      state);
   EXPECT_TRUE(out.window.valid);
   out.pre = preintegrateInflated(*out.exact.window, out.window.state.gyro_bias,
                                  out.window.state.accel_bias, inertial);

@@ -28,11 +28,11 @@ class WorkBudget {
   /// The skipped searches and the reason, as a sentence; then forgotten. "" if there is nothing.
   std::string takeLeftOut();
 
-  /// Restricts a budget to a fraction of what is left of it, for as long as it lives: what follows
-  /// has the rest.
+  /// Restricts a budget to a fraction of what is left of it beside `reserve` [units], for as long
+  /// as it lives: what follows has the rest.
   class Share {
    public:
-    Share(double share, WorkBudget* budget);
+    Share(double share, WorkBudget* budget, double reserve = 0.0);
     ~Share() { budget_.limit_ = limit_; }
     Share(const Share&) = delete;
     Share& operator=(const Share&) = delete;

@@ -83,9 +83,9 @@ std::string WorkBudget::takeLeftOut() {
               std::exchange(left_out_, ""));
 }
 
-WorkBudget::Share::Share(double share, WorkBudget* budget)
+WorkBudget::Share::Share(double share, WorkBudget* budget, double reserve)
     : budget_(*budget), limit_(budget->limit_) {
-  budget_.limit_ = budget_.used_ + share * std::max(0.0, limit_ - budget_.used_);
+  budget_.limit_ = budget_.used_ + share * std::max(0.0, limit_ - budget_.used_ - reserve);
 }
 
 }  // namespace slim_init

@@ -12,9 +12,9 @@
 namespace slim_init {
 namespace {
 
-// A first minimisation goes on to this squared length of a step [sigma^2]: noise and outliers are
-// told from its residuals, and a second one follows.
-constexpr double kRoughTolerance = 1.0;
+// Tolerance of the first minimisation, as a factor on that of the second, which follows from there:
+// of the first only the residuals count.
+constexpr double kRoughness = 10.0;
 // What gross errors among the tracks may make of the chi-square in the right minimum, as a factor
 // on that of a wrong one: beyond it another minimum is looked for, since the gate would refuse.
 constexpr double kGrossErrors = 1.5;
@@ -31,10 +31,6 @@ constexpr double kRelinearizeTd = 1e-3;
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {
   return std::sqrt(rows / std::max(rows - parameters, 0.5 * rows));
-}
-
-double chi2(const MapSummary& summary, const VisualInertialProblem& map) {
-  return summary.visual_cost / std::max(map.visualDof(), 1);
 }
 
 // Standard deviation of a point bearing from the median of the residuals [rad]
@@ -54,17 +50,44 @@ double medianChi2(const MapResiduals& residuals, const VisualInertialProblem& ma
   return ratio * ratio;
 }
 
-// To a minimum, roughly where that is asked and it does not look suspicious there.
-MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState* state,
-                   VisualInertialProblem* map) {
-  if (mode != StartMode::kRough) return map->minimize(options.max_iterations, state);
-  const double tolerance = std::max(kRoughTolerance, options.tolerance);
-  const MapSummary rough = map->minimize(options.max_iterations, tolerance, state);
-  const int left = options.max_iterations - rough.iterations;
-  if (!rough.valid || left <= 0 || chi2(rough, *map) <= options.suspicious_chi2) return rough;
-  MapSummary exact = map->resume(left, state);
-  exact.iterations += rough.iterations;
-  return exact;
+// The end of a descent.
+struct Descent {
+  RefinedWindow reached;  // valid if the descent was
+  MapResiduals residuals;
+  bool fits = false;  // a minimum, and it can be the correct one
+};
+
+Descent descend(const WindowState& start, const RefinementOptions& options,
+                VisualInertialProblem* map) {
+  Descent out;
+  RefinedWindow& reached = out.reached;
+  reached.state = start;
+  const MapSummary summary =
+      map->minimize(options.max_iterations, kRoughness * options.tolerance, &reached.state);
+  reached.valid = summary.valid;
+  if (!reached.valid) return out;
+  out.residuals = map->residuals();
+  reached.cost = summary.cost;
+  reached.chi2 = summary.visual_cost / std::max(map->visualDof(), 1);
+  reached.median_chi2 = medianChi2(out.residuals, *map);
+  out.fits = summary.converged && fits(reached.chi2, reached.median_chi2, options);
+  return out;
+}
+
+// To the lower of two minima; `map` is there.
+Descent descend(const WindowState& start, const OtherStart& otherStart,
+                const RefinementInput& input, VisualInertialProblem* map) {
+  const double before = input.budget.used();
+  Descent first = descend(start, input.options, map);
+  if (!otherStart) return first;
+  // The second solve is left as much work as the first one.
+  const WorkBudget::Share share(1.0, &input.budget, input.budget.used() - before);
+  const std::optional<WindowState> other = otherStart(first.fits);
+  if (!other) return first;
+  Descent second = descend(*other, input.options, map);
+  const bool lower =
+      second.reached.valid && (!first.reached.valid || second.reached.cost < first.reached.cost);
+  return lower ? second : descend(first.reached.state, input.options, map);
 }
 
 // Standard deviations estimated from residuals [rad].
@@ -107,8 +130,7 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
 }
 
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                           const WindowState& start, StartMode mode) {
-  RefinedWindow out;
+                           const WindowState& start, const OtherStart& other) {
   const InitWindow& window = input.tracks;
   const RefinementOptions& options = input.options;
   std::vector<Preintegration> pre = input.pre;
@@ -117,17 +139,14 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
-  out.state = start;
-  const MapSummary first = descend(mode, options, &out.state, &map);
-  if (!first.valid) return out;
-  out.chi2 = chi2(first, map);
-  out.cost = first.cost;
+  const Descent first = descend(start, other, input, &map);
+  RefinedWindow out = first.reached;
+  if (!out.valid) return out;
+  out.valid = false;
 
   // Noise from the residuals, then without what is beyond it.
-  const MapResiduals residuals = map.residuals();
-  out.median_chi2 = medianChi2(residuals, map);
-  const TrackNoise noise = estimateNoise(residuals, map, options.min_sigma_px / focal);
-  map.reject(residuals, options.reject_sigmas * noise.sigma_point,
+  const TrackNoise noise = estimateNoise(first.residuals, map, options.min_sigma_px / focal);
+  map.reject(first.residuals, options.reject_sigmas * noise.sigma_point,
              options.reject_sigmas * noise.sigma_line);
   map.setNoise(noise.sigma_point, noise.sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "estimation/state_factor.h"
@@ -54,14 +56,6 @@ bool fits(double chi2, double median_chi2, const RefinementOptions& options);
 /// As much of a shift of the keyframe times [s] as the IMU of the window covers.
 double coveredShift(const InitWindow& window, double shift);
 
-/// How the minimum is searched.
-enum class StartMode {
-  kFine,  ///< at the noise of the calibration
-  /// The same, ended when the state has arrived while tracks far off may still move: `cost` is an
-  /// upper bound. Where the minimum looks suspicious there it is as kFine.
-  kRough,
-};
-
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.
 struct RefinementInput {
   const InitWindow& tracks;                ///< points pruned
@@ -72,10 +66,13 @@ struct RefinementInput {
   WindowPriors priors = {};
 };
 
-/// Refines from `start`. `lines` as the constructor of VisualInertialProblem takes them,
-/// `input.pre` made at the gyroscope bias of the start. If the budget ends a minimisation, the
-/// result is not valid.
+/// Another start, if the first minimum fits or if it does not; none: the first one stands.
+using OtherStart = std::function<std::optional<WindowState>(bool fit)>;
+
+/// Refines from `start`, or from `other` if the cost is lower there. `lines` as the constructor of
+/// VisualInertialProblem takes them, `input.pre` made at the gyroscope bias of the start. If the
+/// budget ends a minimisation, the result is not valid.
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                           const WindowState& start, StartMode mode);
+                           const WindowState& start, const OtherStart& other = nullptr);
 
 }  // namespace slim_init

@@ -15,17 +15,16 @@ namespace {
 // the views do not determine one of them (the distance of a far point), it stays where it is.
 constexpr double kTrackDamping = 1e-7;
 constexpr double kMinTrackInformation = 1e-6;
-// Marquardt damping, relative to the diagonal of the information: at the start, its floor after
-// good steps, and where another step is pointless.
+// A track whose own step is longer than this squared length [sigma^2] takes it before the poses
+// move.
+constexpr double kTrackStep = 1.0;
+// Marquardt damping, relative to the diagonal of the information: at the start, and its floor after
+// good steps.
 constexpr double kFirstDamping = 1e-6;
 constexpr double kSmallestDamping = 1e-9;
-constexpr double kLargestDamping = 1e8;
 // Damping is at least this much after a step that was refused, ten times that after a matrix that
 // was not positive definite: from the smallest one it would take four refusals to matter.
 constexpr double kDampingAfterRefusal = 1e-5;
-// A step shorter than this squared length [sigma^2] that is refused is tried again with the tracks
-// held that got worse; a longer one is damped.
-constexpr double kNearMinimum = 4.0;
 // A cost that rises by less than this share is equal: rounding of its sum.
 constexpr double kCostRounding = 1e-12;
 // Work of a linearisation per view, per pair of views of a track (with a rolling shutter), per
@@ -450,40 +449,62 @@ void VisualInertialProblem::addRowBlocks(System* system) const {
 }
 
 template <int D, typename View, typename Parameters>
-double VisualInertialProblem::addTracks(const Tracks<View>& tracks,
-                                        const std::vector<Parameters>& parameters,
-                                        const WindowState& state, Elimination<D>* elimination,
-                                        System* system) {
+double VisualInertialProblem::evaluateTrack(const Tracks<View>& tracks, std::size_t t,
+                                            const Parameters& parameters, const WindowState& state,
+                                            Elimination<D>* elimination) {
+  const Track& range = tracks.ranges[t];
+  const double c2 = square(options_.cauchy_sigmas), sqrt_information = 1.0 / tracks.sigma;
+  LogSum cost;
+  for (int a = range.begin; a < range.end; ++a) {
+    ViewDerivatives<D> view;
+    RowJacobian by_row;
+    evaluateView(tracks.views[a], parameters, state, sqrt_information, &view, &by_row);
+    const double excess = 1.0 + view.r.squaredNorm() / c2;
+    cost.add(excess);
+    const double weight = std::sqrt(1.0 / excess);
+    elimination->J[a] = weight * view.J_pose.transpose();
+    elimination->K[a] = weight * view.J_track;
+    track_residuals_[a - range.begin] = weight * view.r;
+    if (by_row_) elimination->rows[a] = weight * by_row;
+  }
+  factorTrack(range, t, elimination);
+  return c2 * cost.value();
+}
+
+// A track far from its own minimum takes a step to it first, at the poses as they are (Jeong et
+// al., "Pushing the envelope of modern methods for bundle adjustment", CVPR 2010): damping reaches
+// the poses only.
+template <int D, typename View, typename Parameters>
+double VisualInertialProblem::addTracks(const Tracks<View>& tracks, const WindowState& state,
+                                        std::vector<Parameters>* parameters,
+                                        Elimination<D>* elimination, System* system) {
   elimination->L_inverse.resize(tracks.ranges.size());
   elimination->y.resize(tracks.ranges.size());
-  elimination->excess.assign(tracks.ranges.size(), 1.0);
   elimination->J.resize(tracks.views.size());
   elimination->K.resize(tracks.views.size());
   elimination->rows.resize(by_row_ ? tracks.views.size() : 0);
-  const double sqrt_information = 1.0 / tracks.sigma;
-  const double c2 = square(options_.cauchy_sigmas);
   track_residuals_.resize(layout_.n);
-  LogSum cost;
+  double cost = 0.0;
   for (std::size_t t = 0; t < tracks.ranges.size(); ++t) {
-    const Track& range = tracks.ranges[t];
-    for (int a = range.begin; a < range.end; ++a) {
-      ViewDerivatives<D> view;
-      RowJacobian by_row;
-      evaluateView(tracks.views[a], parameters[t], state, sqrt_information, &view, &by_row);
-      const double excess = 1.0 + view.r.squaredNorm() / c2;
-      cost.add(excess);
-      elimination->excess[t] *= excess;
-      const double weight = std::sqrt(1.0 / excess);
-      elimination->J[a] = weight * view.J_pose.transpose();
-      elimination->K[a] = weight * view.J_track;
-      track_residuals_[a - range.begin] = weight * view.r;
-      if (by_row_) elimination->rows[a] = weight * by_row;
+    Parameters& track = (*parameters)[t];
+    double of_track = evaluateTrack(tracks, t, track, state, elimination);
+    const Eigen::Matrix<double, D, 1>& y = elimination->y[t];
+    if (y.squaredNorm() > kTrackStep) {
+      const Parameters before = track;
+      track = before.moved(-(elimination->L_inverse[t].transpose() * y));
+      const double moved = evaluateTrack(tracks, t, track, state, elimination);
+      if (moved < of_track) {
+        of_track = moved;
+      } else {
+        track = before;
+        evaluateTrack(tracks, t, track, state, elimination);
+      }
     }
-    factorTrack(range, t, elimination);
-    addToPoses(range, tracks.views, elimination->y[t], *elimination, system);
-    if (by_row_) eliminateRows(range, tracks.views, elimination->y[t], *elimination, system);
+    cost += of_track;
+    addToPoses(tracks.ranges[t], tracks.views, y, *elimination, system);
+    if (by_row_) eliminateRows(tracks.ranges[t], tracks.views, y, *elimination, system);
   }
-  return c2 * cost.value();
+  return cost;
 }
 
 template <int D>
@@ -556,7 +577,7 @@ double VisualInertialProblem::workOfLinearization() const {
          kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
 }
 
-void VisualInertialProblem::linearize(const WindowState& state, const Structure& structure,
+void VisualInertialProblem::linearize(const WindowState& state, Structure* structure,
                                       System* system) {
   const int n = layout_.n;
   if (budget_ != nullptr) budget_->spend(workOfLinearization());
@@ -564,9 +585,9 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
   if (rolling_) row_blocks_.assign(n * n, RowBlocks());
-  const double line_cost = addTracks(lines_, structure.lines, state, &system->lines, system);
+  const double line_cost = addTracks(lines_, state, &structure->lines, &system->lines, system);
   system->visual_cost =
-      addTracks(points_, structure.points, state, &system->points, system) + line_cost;
+      addTracks(points_, state, &structure->points, &system->points, system) + line_cost;
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }
@@ -635,24 +656,6 @@ std::optional<double> VisualInertialProblem::solveStep(double damping, double to
   return decrement;
 }
 
-bool VisualInertialProblem::isLower(const System& trial) const {
-  return std::isfinite(trial.cost) && trial.cost <= system_.cost * (1.0 + kCostRounding);
-}
-
-// Near the minimum it is a few tracks far from linear that raise the cost, and damping does not
-// reach the tracks: those that got worse stay where they were. False where that is not enough.
-bool VisualInertialProblem::holdTracks(const WindowState& trial_state, Structure* trial_structure) {
-  const auto hold = [](const auto& was, const auto& is, const auto& from, auto* to) {
-    for (std::size_t t = 0; t < was.excess.size(); ++t) {
-      if (!(is.excess[t] <= was.excess[t])) (*to)[t] = from[t];
-    }
-  };
-  hold(system_.points, trial_.points, structure_.points, &trial_structure->points);
-  hold(system_.lines, trial_.lines, structure_.lines, &trial_structure->lines);
-  linearize(trial_state, *trial_structure, &trial_);
-  return isLower(trial_);
-}
-
 MapSummary VisualInertialProblem::minimize(int max_iterations, double tolerance,
                                            WindowState* state) {
   triangulateAll(*state);
@@ -662,17 +665,15 @@ MapSummary VisualInertialProblem::minimize(int max_iterations, double tolerance,
 MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, WindowState* state) {
   MapSummary summary;
   if (!whitening_valid_) return summary;
-  linearize(*state, structure_, &system_);
+  linearize(*state, &structure_, &system_);
   // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
   bool refused = false;  // the step before
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
   const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
-  const auto goesOn = [&] {
-    return summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping;
-  };
-  while (goesOn() && !isCut()) {
+  const auto goesOn = [&] { return summary.iterations < max_iterations && !summary.converged; };
+  for (; goesOn() && !isCut(); ++summary.iterations) {
     const std::optional<double> decrement = solveStep(damping, tolerance, &step);
     if (!decrement) {
       damping = 10.0 * std::max(10.0 * damping, kDampingAfterRefusal);
@@ -680,28 +681,22 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
     }
     const WindowState trial_state = retract(*state, step);
     Structure trial_structure = moveStructure(system_, step);
-    if (*decrement < tolerance) {
-      // Not worth a linearisation: cost and information are those of one small step before.
-      *state = trial_state;
-      std::swap(structure_, trial_structure);
-      summary.converged = true;
-      ++summary.iterations;
-      break;
-    }
-    linearize(trial_state, trial_structure, &trial_);
-    if (isLower(trial_) ||
-        (*decrement < kNearMinimum && holdTracks(trial_state, &trial_structure))) {
-      *state = trial_state;
-      std::swap(structure_, trial_structure);
+    // The last step is not worth a linearisation: cost and information are those before it.
+    summary.converged = *decrement < tolerance;
+    if (!summary.converged) {
+      linearize(trial_state, &trial_structure, &trial_);
+      if (!(trial_.cost <= system_.cost * (1.0 + kCostRounding))) {
+        damping = std::max(10.0 * damping, kDampingAfterRefusal);
+        refused = true;
+        continue;
+      }
       std::swap(system_, trial_);
       // Smaller at once, the next step would be refused again.
       if (!refused) damping = std::max(0.1 * damping, kSmallestDamping);
       refused = false;
-      ++summary.iterations;
-    } else {
-      damping = std::max(10.0 * damping, kDampingAfterRefusal);
-      refused = true;
     }
+    *state = trial_state;
+    std::swap(structure_, trial_structure);
   }
   static_cast<MapCost&>(summary) = system_;
   if (!summary.converged) step.setZero();

@@ -130,7 +130,6 @@ class VisualInertialProblem {
   struct Elimination {
     std::vector<Eigen::Matrix<double, D, D>> L_inverse;
     std::vector<Eigen::Matrix<double, D, 1>> y;
-    std::vector<double> excess;  ///< per track: product of 1 + r^2 / c^2 over its views
     std::vector<Eigen::Matrix<double, 6, 2>> J;
     std::vector<Eigen::Matrix<double, 2, D>> K;
     std::vector<RowJacobian> rows;  ///< by velocity and readout; empty with a global shutter
@@ -169,8 +168,13 @@ class VisualInertialProblem {
       const Eigen::Matrix<double, 9, kRigInertialColumns, Eigen::RowMajor>& jacobian,
       System* system) const;
   template <int D, typename View, typename Parameters>
-  double addTracks(const Tracks<View>& tracks, const std::vector<Parameters>& parameters,
-                   const WindowState& state, Elimination<D>* elimination, System* system);
+  double addTracks(const Tracks<View>& tracks, const WindowState& state,
+                   std::vector<Parameters>* parameters, Elimination<D>* elimination,
+                   System* system);
+  /// Evaluates and factors track `t`; its cost.
+  template <int D, typename View, typename Parameters>
+  double evaluateTrack(const Tracks<View>& tracks, std::size_t t, const Parameters& parameters,
+                       const WindowState& state, Elimination<D>* elimination);
   /// Factors the information of track `t`; J_track of its views, in `elimination->K`, becomes K.
   template <int D>
   void factorTrack(const Track& range, std::size_t t, Elimination<D>* elimination) const;
@@ -187,14 +191,12 @@ class VisualInertialProblem {
   void evaluateView(const View& view, const Parameters& parameters, const WindowState& state,
                     double sqrt_information, ViewDerivatives<D>* out, RowJacobian* by_row) const;
   void addRowBlocks(System* system) const;
-  void linearize(const WindowState& state, const Structure& structure, System* system);
+  void linearize(const WindowState& state, Structure* structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
   bool gaussNewtonStep(double damping, Eigen::VectorXd* step) const;
   std::optional<double> solveStep(double damping, double tolerance, Eigen::VectorXd* step);
-  bool isLower(const System& trial) const;
   /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
   void keepInformation(const Eigen::VectorXd& last_step);
-  bool holdTracks(const WindowState& trial_state, Structure* trial_structure);
 
   const InitWindow& window_;
   WorkBudget* budget_ = nullptr;

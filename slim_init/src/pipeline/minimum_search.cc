@@ -16,21 +16,6 @@ constexpr double kLineAgreementSigmas = 6.0;
 // With fewer point tracks it is searched again in any case.
 constexpr int kFewTracks = 50;
 
-// Where the minimum does not fit, from the inertial trajectory that most tracks agree with: the
-// shape may have been none. Where it fits, but with few tracks, from the shape of those that agree
-// with each other: one bad track among a dozen biases the minimum without a larger residual. The
-// lowest cost wins.
-void searchAgain(const RefinementInput& input, const std::vector<Track>& lines, bool fit,
-                 RefinedWindow* refined) {
-  if (!input.budget.allows("the search of another minimum")) return;
-  const std::optional<WindowState> start =
-      fit ? consistentStartingState(input.tracks, input.pre, input.inertial)
-          : inertialStartingState(input.tracks, input.pre, input.inertial);
-  if (!start) return;
-  const RefinedWindow other = refineWindow(input, lines, *start, StartMode::kFine);
-  if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
-}
-
 }  // namespace
 
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
@@ -50,12 +35,17 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, bool again) {
-  RefinedWindow refined = refineWindow(input, lines, start, StartMode::kRough);
-  const bool fit = refined.valid && fits(refined.chi2, refined.median_chi2, input.options);
-  if (again && (!fit || input.tracks.pointTracks().size() < kFewTracks)) {
-    searchAgain(input, lines, fit, &refined);
-  }
-  return refined;
+  if (!again) return refineWindow(input, lines, start);
+  // If the minimum does not fit, from the inertial trajectory that most tracks agree with: the
+  // shape may have been none. If it fits, but with few tracks, from the shape of those that agree
+  // with each other: one bad track among a dozen biases the minimum without a larger residual.
+  const auto other = [&](bool fit) -> std::optional<WindowState> {
+    if (fit && input.tracks.pointTracks().size() >= kFewTracks) return std::nullopt;
+    if (!input.budget.allows("the search of another minimum")) return std::nullopt;
+    return fit ? consistentStartingState(input.tracks, input.pre, input.inertial)
+               : inertialStartingState(input.tracks, input.pre, input.inertial);
+  };
+  return refineWindow(input, lines, start, other);
 }
 
 }  // namespace slim_init

@@ -58,7 +58,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
   if (!translation.valid) return out;
   const std::optional<WindowState> start =
       startingState(input.tracks, input.pre, translation, input.inertial);
-  if (start) out.refined = refineWindow(input, {}, *start, StartMode::kRough);
+  if (start) out.refined = refineWindow(input, {}, *start);
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
     out.posterior = posteriorOf(input.tracks, out.refined);
@@ -78,7 +78,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
     WindowState other = state;
     other.p_b0 *= ratio;
     other.v_b0 *= ratio;
-    const RefinedWindow again = refineWindow(input, {}, other, StartMode::kRough);
+    const RefinedWindow again = refineWindow(input, {}, other);
     if (!again.valid || !(again.cost < out.refined.cost)) break;
     out.refined = again;
   }

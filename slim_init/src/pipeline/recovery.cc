@@ -89,19 +89,15 @@ Recovery refineWithPrior(RefinementInput input, InitResult* result) {
   // The window's own, the same however many parts of the state are dropped.
   std::optional<WindowState> own;
   bool has_own = false;
+  // The known state may have led astray.
+  const auto other = [&](bool fit) -> std::optional<WindowState> {
+    if (fit || !input.budget.allows("a start of the window's own")) return std::nullopt;
+    if (!has_own) own = inertialStartingState(input.tracks, input.pre, input.inertial);
+    has_own = true;
+    return own;
+  };
   for (;;) {
-    out.refined = refineWindow(input, {}, start, StartMode::kFine);
-    if (!out.refined.valid || out.refined.chi2 > input.options.suspicious_chi2) {
-      // The known state may have led astray. The lowest cost wins.
-      if (!has_own) own = inertialStartingState(input.tracks, input.pre, input.inertial);
-      has_own = true;
-      if (own && input.budget.allows("a start of the window's own")) {
-        const RefinedWindow other = refineWindow(input, {}, *own, StartMode::kFine);
-        if (other.valid && (!out.refined.valid || other.cost < out.refined.cost)) {
-          out.refined = other;
-        }
-      }
-    }
+    out.refined = refineWindow(input, {}, start, other);
     if (!out.refined.valid || !knownStateOf(input.tracks, out.refined, known, &out.known)) {
       return out;
     }
