@@ -23,6 +23,22 @@ GyroBiasProblem pointsOnly(PairLoss loss) {
   return problem;
 }
 
+TEST(GyroBias, NoiseFreeRecoveryFromZero) {
+  for (PairLoss loss : {PairLoss::kEigenvalue, PairLoss::kSumOfSquares}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      ExactWindowOptions options;
+      options.seed = seed;
+      const ExactWindow exact = makeExactWindow(options);
+      const GyroBiasEstimate estimate =
+          estimateGyroBias(*exact.window, pointsOnly(loss), GyroBiasOptions());
+      ASSERT_TRUE(estimate.valid);
+      EXPECT_LT((estimate.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm(), 1e-10)
+          << "seed " << seed;
+      EXPECT_EQ(estimate.point_pairs, 9);
+    }
+  }
+}
+
 TEST(GyroBias, NoisyRecoveryStaysWithinTolerance) {
   // 0.6 px at a good excitation: DRT reports 2 % on EuRoC's easier sequences.
   constexpr double kTolerance = 0.08;
@@ -104,6 +120,16 @@ TEST(GyroBias, StartDoesNotMatterInARichScene) {
   const GyroBiasEstimate from_afar =
       estimateGyroBias(*exact.window, problem, GyroBiasOptions(), Vector3d(0.05, -0.05, 0.15));
   EXPECT_LT((from_zero.gyro_bias - from_afar.gyro_bias).norm(), 1e-6);
+}
+
+TEST(GyroBias, TooFewPointsIsNotValid) {
+  ExactWindowOptions options;
+  options.points = 4;
+  const ExactWindow exact = makeExactWindow(options);
+  const GyroBiasEstimate estimate =
+      estimateGyroBias(*exact.window, pointsOnly(PairLoss::kEigenvalue), GyroBiasOptions());
+  EXPECT_FALSE(estimate.valid);
+  EXPECT_EQ(estimate.point_pairs, 0);
 }
 
 TEST(VpResidual, VanishesAtTheTruthAndIgnoresSigns) {

@@ -80,6 +80,15 @@ TEST(LineSelection, ReliabilityIsTheMeanOfItsThreeParts) {
               kScoreTolerance);
 }
 
+TEST(LineSelection, ReliabilityIsOneForAPerfectTrackAndStaysInRange) {
+  const auto perfect = windowOfObservations(track(1, {0, 1, 2, 3}), 4);
+  EXPECT_NEAR(trackReliability(*perfect, perfect->lineTracks()[0], 1), 1.0, kScoreTolerance);
+  const auto wild = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, 17.0), 4);
+  EXPECT_NEAR(trackReliability(*wild, wild->lineTracks()[0], 1), 1.0, kScoreTolerance);
+  const auto bad = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, -5.0), 4);
+  EXPECT_NEAR(trackReliability(*bad, bad->lineTracks()[0], 1), 2.0 / 3.0, kScoreTolerance);
+}
+
 TEST(LineSelection, SaliencyIsTheMeanOfLengthAndConfidence) {
   LineSelectionOptions options;
   options.full_length_px = 200.0;

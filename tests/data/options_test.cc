@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 
 #include "slim_init/result.h"
@@ -168,6 +169,18 @@ TEST(ImuLimits, AreTheUsers) {
 TEST(ImuLimits, DescribeASampleAndTheLimits) {
   EXPECT_EQ(ImuLimits().describe(sampleOf(Vector3d(1, -412.3, 0), Vector3d(0, 0, -0.25))),
             "412 m/s^2 and 0.25 rad/s on an axis (limits 160 m/s^2, 35 rad/s)");
+}
+
+TEST(Status, NamesAreDistinctAndWaitsAreWaits) {
+  std::set<std::string> names = {"unknown"};
+  for (int s = 0; s <= static_cast<int>(InitStatus::kTimeLimit); ++s) {
+    EXPECT_TRUE(names.insert(toString(static_cast<InitStatus>(s))).second) << s;
+  }
+  EXPECT_FALSE(isWait(InitStatus::kSuccess));
+  EXPECT_TRUE(isWait(InitStatus::kStationary));
+  EXPECT_TRUE(isWait(InitStatus::kProvisional));
+  EXPECT_TRUE(isWait(InitStatus::kTimeLimit));
+  EXPECT_FALSE(isWait(InitStatus::kScaleTooUncertain));
 }
 
 }  // namespace

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "evaluation/scratch_folder.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -262,6 +265,18 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   EXPECT_EQ(rows[0][rows[0].size() - 3], "solve_cpu_ms");
   EXPECT_EQ(rows[0][rows[0].size() - 2], "solve_ms");
   EXPECT_EQ(rows[0].back(), "stages_ms");
+}
+
+TEST(Report, FailureToWriteIsASentence) {
+  const ScratchFolder folder;
+  folder.write("file", "in the way");
+  const ProtocolResult result = handMade();
+  std::string error = writeReport(folder.file("file"), someRun(), result, summarize(result));
+  EXPECT_NE(error.find("file cannot be made"), std::string::npos) << error;
+  // A folder where a file should go works even for root, whom no permission stops.
+  std::filesystem::create_directories(folder.file("out/summary.json"));
+  error = writeReport(folder.file("out"), someRun(), result, summarize(result));
+  EXPECT_NE(error.find("summary.json cannot be written"), std::string::npos) << error;
 }
 
 TEST(Report, SummaryKeepsProgramNotesAndRefusals) {

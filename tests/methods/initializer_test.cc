@@ -69,6 +69,23 @@ TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
   EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
 }
 
+TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
+  const auto initializer = make();
+  EXPECT_TRUE(std::isnan(initializer->info().imu.first));
+  EXPECT_EQ(initializer->info().window_span_s, 10 * tenKeyframes().window.min_interval_s);
+  feed(*initializer, exact_);
+  EXPECT_EQ(initializer->info().imu.first, exact_.imu.front().t);
+  EXPECT_EQ(initializer->info().imu.last, exact_.imu.back().t);
+  EXPECT_EQ(initializer->info().counts.frames_added, 10);
+  EXPECT_EQ(initializer->info().calibration.td, exact_.calibration.td);
+  initializer->setTd(0.01);
+  EXPECT_EQ(initializer->info().calibration.td, 0.01);
+  EXPECT_EQ(initializer->addLines(exact_.keyframes.back().t + 0.1, {}), AddStatus::kWaiting);
+  initializer->reset();
+  EXPECT_EQ(initializer->info().counts.frames_added, 0);
+  EXPECT_EQ(initializer->info().counts.lines_waiting, 0);
+}
+
 TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {
   const auto initializer = makeInitializer(std::make_unique<PlainMethod>(InitStatus::kSuccess),
                                            exact_.calibration, InitializerOptions());

@@ -170,5 +170,14 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   EXPECT_LT((minimum().gyro_bias - first).norm(), 1e-9);
 }
 
+TEST(CutoffSchedules, EndAtTheCutoffOfTheConsensus) {
+  for (const CutoffSchedule& schedule : {kNarrowStart, kFreeFromClean, kFreeFromFar}) {
+    ASSERT_GE(schedule.size(), 1u);
+    ASSERT_LE(schedule.size(), 4u);
+    EXPECT_EQ(schedule.back(), kOutlierSigmas);
+    for (std::size_t c = 1; c < schedule.size(); ++c) EXPECT_LE(schedule[c], schedule[c - 1]);
+  }
+}
+
 }  // namespace
 }  // namespace slim_init

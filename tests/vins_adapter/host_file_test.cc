@@ -151,7 +151,9 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
   std::string full_name = text;
   full_name.replace(text.find("cam0.yaml"), 9, folder_.file("cam0.yaml"));
-  EXPECT_NEAR(opened(full_name)->calibration().focal_px, 457.5, 0.1);
+  const auto by_full_name = opened(full_name);
+  ASSERT_NE(by_full_name, nullptr) << error_;
+  EXPECT_NEAR(by_full_name->calibration().focal_px, 457.5, 0.1);
   EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
   EXPECT_TRUE(file_.rig.has_rotation);
 
