@@ -72,7 +72,7 @@ TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
 TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
   const auto initializer = make();
   EXPECT_TRUE(std::isnan(initializer->info().imu.first));
-  EXPECT_EQ(initializer->info().window_span_s, 10 * tenKeyframes().window.min_interval_s);
+  EXPECT_EQ(initializer->info().window_span_s, tenKeyframes().window.fullSpan());
   feed(*initializer, exact_);
   EXPECT_EQ(initializer->info().imu.first, exact_.imu.front().t);
   EXPECT_EQ(initializer->info().imu.last, exact_.imu.back().t);
