@@ -75,21 +75,6 @@ TEST_F(WithObservationsTest, ATrackLeftWithOneSightingIsDropped) {
   EXPECT_EQ(two->pointTracks()[0].size(), 2);
 }
 
-TEST_F(WithObservationsTest, ACutMakesTwoTracksOfOneId) {
-  const auto track = std::find_if(window_->pointTracks().begin(), window_->pointTracks().end(),
-                                  [](const Track& t) { return t.size() >= 5; });
-  ASSERT_NE(track, window_->pointTracks().end());
-  std::vector<char> keep = keepAll();
-  keep[track->begin + 2] = kStartTrack;
-  const auto cut = withObservations(*window_, keep);
-  std::vector<int> sizes;
-  for (const Track& t : cut->pointTracks()) {
-    if (t.id == track->id) sizes.push_back(t.size());
-  }
-  EXPECT_EQ(sizes, (std::vector<int>{2, track->size() - 2}));
-  EXPECT_EQ(cut->pointObservations().size(), window_->pointObservations().size());
-}
-
 TEST_F(WithObservationsTest, AMaskOfAnotherSizeIsRefused) {
   EXPECT_EQ(withObservations(*window_, std::vector<char>(3, kKeepObservation)), nullptr);
   std::vector<char> longer = keepAll();

@@ -61,10 +61,6 @@ TEST(OptionTable, MethodsOfARowAreThoseOfItsSectionUnlessItNamesItsOwn) {
   EXPECT_TRUE(rows["window.keyframes"].isReadBy("any-method"));
   EXPECT_TRUE(rows["refinement.use_lines"].isReadBy("slim"));
   EXPECT_FALSE(rows["refinement.use_lines"].isReadBy("drt-l"));
-  EXPECT_FALSE(isForComparedMethods(rows["vanishing_point.min_inliers"]));
-  OptionField of_paper = rows["vanishing_point.min_inliers"];
-  of_paper.methods = {"slim-paper"};
-  EXPECT_TRUE(isForComparedMethods(of_paper));
 }
 
 TEST(Options, ThatDependOnEachOther) {

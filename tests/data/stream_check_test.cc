@@ -115,6 +115,22 @@ TEST_F(LiveStreams, ABagThatStartsAgainIsOneRestart) {
   EXPECT_EQ(check_.counts().restarts, 1);
 }
 
+// A batch that was late is dropped; a clock that was set back by less than kJump is a restart.
+TEST_F(LiveStreams, MessagesThatStayLateAreARestart) {
+  play(10.0, 1.0);
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(imu(10.7 + 0.005 * k), AddStatus::kOutOfOrder) << k;
+  EXPECT_EQ(imu(11.005), AddStatus::kAdded);
+  for (int k = 0; k < 30; ++k) {
+    EXPECT_EQ(imu(10.7), AddStatus::kOutOfOrder) << "one again and again is no clock";
+  }
+  EXPECT_EQ(check_.counts().restarts, 0);
+  EXPECT_EQ(imu(11.01), AddStatus::kAdded);
+  EXPECT_EQ(frame(10.7), AddStatus::kOutOfOrder);
+  EXPECT_EQ(frame(10.8), AddStatus::kRestarted);
+  play(10.81, 2.0);
+  EXPECT_EQ(check_.counts().restarts, 1);
+}
+
 TEST_F(LiveStreams, AGapIsConfirmedByEitherStream) {
   play(10.0, 1.0);
   EXPECT_EQ(imu(13.0), AddStatus::kStray);

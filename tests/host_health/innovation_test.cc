@@ -619,6 +619,32 @@ TEST(InnovationMonitor, BlindnessEnds) {
   EXPECT_GE(blind, 45);
 }
 
+// Damage that has just passed spoils the pose of its frame, which takes the places of all tracks.
+TEST(InnovationMonitor, AFrameThatDamageHasSpoiledIsNotAViewThatMoves) {
+  constexpr int kLast = 17;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    for (const double metres : {0.04, 0.08, 0.2}) {
+      SCOPED_TRACE(std::to_string(metres) + " m, seed " + std::to_string(seed));
+      Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+      InnovationMonitor monitor;
+      const auto judged = [&flight, &monitor](int k) {
+        return monitor.judge(flight.optimized(k), flight.predicted(k), flight.frames,
+                             flight.calibration, kNoisePx);
+      };
+      for (int k = kHostFrames; k <= kLast; ++k) judged(k);
+      flight.disturb(flight.truth[kLast].t, 1e9, [](ImuSample* one) { one->accel.x() += 15.0; });
+      flight.states[kLast].p_w_b.x() += metres;
+      flight.states[kLast].v_w_b.x() += 10.0 * metres;
+      flight.states[kLast].R_w_b *= turnOf(Eigen::Vector3d(0.0, 0.007, 0.0));
+      const Innovation next = judged(kLast + 1);
+      EXPECT_EQ(next.culprit, Culprit::kImu) << next.message;
+      EXPECT_DOUBLE_EQ(next.damaged_since, flight.truth[kLast - 1].t);
+      EXPECT_TRUE(next.moving.empty());
+      EXPECT_LT((next.best.p_w_b - flight.truth[kLast + 1].p_w_b).norm(), 0.05);
+    }
+  }
+}
+
 // Poses that no track has agreed with say nothing about tracks.
 TEST(InnovationMonitor, AHostThatHasNeverAgreedDoesNotAccuseTheTracks) {
   Flight flight(flightOf(Motion::kExcited, kNoisePx));

@@ -267,6 +267,10 @@ TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   EXPECT_TRUE(jumped.healthy) << jumped.reason;
   EXPECT_NE(jumped.reason.find("accelerometer bias has moved"), std::string::npos) << jumped.reason;
   EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
+  // The states of another flight are no jump.
+  adapter_->flightEnded();
+  for (HostState& state : window) state.Ba.x() -= 0.6;
+  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect);
 }
 
 // The initializer does not see damage of the IMU data: over a little of it, its answer is no

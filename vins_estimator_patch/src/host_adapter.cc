@@ -27,8 +27,8 @@ namespace slim_init::vins_adapter {
 using namespace host_health;  // NOLINT: the vocabulary of this file
 namespace {
 
-// Gaps in the images, and the td of frames, are forgotten after so long [s], and frames after so
-// long; but those of the host's window never: at rest it keeps frames of any age.
+// Gaps in the images and the td of frames are forgotten after kStampsKept, frames after kFramesKept
+// [s]; but those of the host's window never: at rest it keeps frames of any age.
 constexpr double kStampsKept = 20.0;
 constexpr double kFramesKept = 5.0;
 // A host that seems healthy is compared with a solved window so often [s].
@@ -163,17 +163,24 @@ struct HostAdapter::State {
     td_of.clear();
     frames.clear();
     gaps.clear();
-    in_window.clear();
     newest_image = kNotComputed;
     screen.reset();
-    worker.discard();
     last_check = -std::numeric_limits<double>::infinity();
+    endFlight();
+    flown = OptionalCalibration();
+  }
+  void endFlight() {
+    worker.discard();
+    in_window.clear();
+    moving.clear();
     last_agreed = kNotComputed;
+    expectOtherStates();
+  }
+  // What the tests have remembered of the host's states is not of those that it has now.
+  void expectOtherStates() {
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     innovations.reset();
-    moving.clear();
-    flown = OptionalCalibration();
   }
   using Lock = std::unique_lock<std::mutex>;
 
@@ -558,9 +565,7 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
     answer.continued = true;
     answer.frame = continuationOf(healthy->back(), answer.result);
   }
-  steady_biases = SteadyBiases();  // the host starts with the answer's
-  innovations.reset();
-  contradictions = suspect_frames = 0;
+  expectOtherStates();
   memory.learn(answer.result.calibration);
   return answer;
 }
@@ -653,7 +658,7 @@ void HostAdapter::State::forgetOld(double stamp) {
                young);
 }
 
-// Between two frames of the host [s]; no less than kLongestUnjudged matters.
+// Between two frames of the host [s]; shorter gaps than kLongestUnjudged are not in it.
 double HostAdapter::State::longestWithoutImage(double first, double last) const {
   double longest = std::max(0.0, last - std::max(first, newest_image));
   for (const auto& [begin, end] : gaps) {
@@ -862,6 +867,11 @@ void HostAdapter::learn(const HostState& healthy) {
     calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
   }
   state.memory.learn(healthy, calibration);
+}
+
+void HostAdapter::flightEnded() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->endFlight();
 }
 
 HostPropagation HostAdapter::propagate(const HostState& from, double stamp) const {

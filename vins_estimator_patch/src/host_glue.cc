@@ -344,6 +344,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
   state.adapter = std::move(adapter);
   state.take(file);
   state.file = file;
+  if (file.mode == HostMode::kShadow) state.file.reinit = state.file.watchdog = false;
   for (const std::string& note : state.file.notes) state.report(ReportLevel::kInfo, note);
   state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
                                        ", reinit: " + (state.file.reinit ? "1" : "0") +
@@ -567,6 +568,7 @@ void HostGlue::hostCleared() {
   State& state = *state_;
   const bool suspect = state.monitor.status() != FlightStatus::kGood;
   state.monitor.reset();
+  if (active()) state.adapter->flightEnded();
   state.pause = 0.0;
   state.next_recovery = -std::numeric_limits<double>::infinity();
   if (!reinit()) return;
@@ -625,20 +627,18 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
                       state.healthy.end());
 }
 
-bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window) {
+bool HostGlue::takeStock(bool tried, bool result, HostWindow* window) {
   State& state = *state_;
-  const double first = window->front().stamp;
+  const double first = window->states.front().stamp;
   if (state.file.mode == HostMode::kStock && result && state.continues(first)) {
     const HostPropagation propagated = state.continued(first);
     state.continueFrame(first, propagated);
-    HostWindow moved;
-    moved.states.swap(*window);
-    moveWindow(propagated.state, &moved);
-    window->swap(moved.states);
+    moveWindow(propagated.state, window);
     return true;
   }
   if (state.file.mode != HostMode::kShadow) {
-    if (result && state.file.mode == HostMode::kStock) state.beginFrame(window->back().stamp);
+    if (result && state.file.mode == HostMode::kStock)
+      state.beginFrame(window->states.back().stamp);
     return false;
   }
   state.reportMissingLines();
@@ -648,8 +648,8 @@ bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window
   if (tried) {
     stock.ms = std::chrono::duration<double, std::milli>(Clock::now() - state.stock_began).count();
   }
-  if (result) stock.window.states = *window;
-  const HostResult answer = state.adapter->seed(stampsOf(*window));
+  if (result) stock.window = *window;
+  const HostResult answer = state.adapter->seed(stampsOf(window->states));
   state.record("seed", answer, &stock);
   state.reportAnswer("shadow", answer);
   if (result && answer.success()) state.reportStart(answer);

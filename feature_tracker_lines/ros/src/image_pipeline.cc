@@ -104,6 +104,7 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   }
   if (images_.empty()) return std::nullopt;
   const double t_image = calibration.imuTime(images_.front().t);
+  // A queue of one would never wait for the IMU.
   const bool covered = t_image <= t_imu_;  // false without IMU
   const bool may_wait = t_image_ - images_.front().t < options_.max_imu_wait_s &&
                         static_cast<int>(images_.size()) < std::max(2, options_.image_queue);

@@ -16,8 +16,7 @@
 
 namespace slim_init {
 
-/// Whom a key is meant for. Keys that `slim` does not read belong to the compared methods, whatever
-/// stands here (isForComparedMethods()).
+/// Whom a key is meant for.
 enum class Audience {
   kUser,      ///< depends on rig, motion or application
   kAdvanced,  ///< part of the method; the default is the one that was measured
@@ -81,9 +80,6 @@ OptionField advancedKey(const char* key, OptionValue value, OptionRange range, c
                         const char* reason, const std::vector<std::string>& methods = {});
 OptionField advancedKey(const char* key, OptionValue value, const char* reason,
                         const std::vector<std::string>& methods = {});
-
-/// True for an option that `slim` does not read.
-bool isForComparedMethods(const OptionField& option);
 
 /// Adds the rows of `section` to `table`, with "prefix." before every key ("" adds none). Rows that
 /// name no methods get `methods`.

@@ -55,7 +55,7 @@ struct VanishingPointOptions {
 struct RefinementOptions {
   bool use_lines = true;            ///< line residuals
   bool estimate_accel_bias = true;  ///< off: b_a is held at zero
-  int max_iterations = 8;           ///< Levenberg-Marquardt steps of one minimisation
+  int max_iterations = 8;           ///< Levenberg-Marquardt steps of one minimisation, refused too
   double tolerance = 0.1;           ///< squared length of the last step [sigma^2]
   double cauchy_sigmas = 3.0;       ///< Cauchy scale of a residual [sigma]
   double min_sigma_px = 0.2;        ///< floor of the estimated noise of a point [px]

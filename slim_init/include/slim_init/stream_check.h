@@ -89,13 +89,15 @@ struct StreamOptions {
 /// Live streams: a stamp more than kJump from the previous one of its stream is believed when a
 /// second message agrees: the next one of the stream or, for a gap, the newest one of the other
 /// stream. So an incorrect stamp (but a stream's first) costs one message, as does a bag's restart.
-/// Time that went back is a restart for both streams. After it the other stream's messages of the
-/// old time are dropped for kPatience of their time: a sender that lags is still in the old time,
-/// but a stream that goes on for longer has a clock of its own.
+/// Time that went back is a restart for both streams; where it went back by less than kJump, once
+/// messages in a row have been late for kLate of their time. After it the other stream's messages
+/// of the old time are dropped for kPatience of their time: a sender that lags is still in the old
+/// time, but a stream that goes on for longer has a clock of its own.
 class StreamCheck {
  public:
   static constexpr double kJump = 1.0;        ///< [s]; VINS-Mono's own bound for images
   static constexpr double kPatience = 5.0;    ///< [s]
+  static constexpr double kLate = 0.08;       ///< [s]; two images of a host at 10 Hz
   static constexpr double kMaxSpeed = 100.0;  ///< [m/s]; no vehicle of a camera rig is faster
 
   explicit StreamCheck(const StreamOptions& options = StreamOptions()) : options_(options) {}
@@ -122,6 +124,8 @@ class StreamCheck {
   struct Stream {
     double last = kNotComputed;
     double stray = kNotComputed;        // the last unconfirmed stamp
+    double late = kNotComputed;         // the last of late messages in a row, each after the one
+    double late_since = kNotComputed;   // before, and the first of them
     bool follows_jump = false;          // the other stream has jumped, this one not yet
     double first_stale = kNotComputed;  // first message from before that jump
   };

@@ -21,22 +21,16 @@ void select(const std::vector<Track>& tracks, const std::vector<Observation>& ob
     Track piece;
     piece.id = track.id;
     piece.begin = static_cast<int>(out_observations->size());
-    const auto close = [&]() {
-      piece.end = static_cast<int>(out_observations->size());
-      if (piece.size() >= 2) {
-        out_tracks->push_back(piece);
-      } else {
-        out_observations->resize(piece.begin);
-      }
-      piece.begin = static_cast<int>(out_observations->size());
-    };
     for (int a = track.begin; a < track.end; ++a) {
       Observation observation = observations[a];
-      const ObservationVerdict verdict = judge(a, &observation);
-      if (verdict == kStartTrack) close();
-      if (verdict != kDropObservation) out_observations->push_back(observation);
+      if (judge(a, &observation) != kDropObservation) out_observations->push_back(observation);
     }
-    close();
+    piece.end = static_cast<int>(out_observations->size());
+    if (piece.size() >= 2) {
+      out_tracks->push_back(piece);
+    } else {
+      out_observations->resize(piece.begin);
+    }
   }
 }
 

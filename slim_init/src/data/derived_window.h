@@ -32,19 +32,14 @@ std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);
 /// own covariance may be none) and not below 0.05 deg, 1 mm and 0.1 ms.
 Calibration withFound(const Calibration& calibration, const CalibrationEstimate& found);
 
-/// What becomes of an observation. Kept observations are nonzero.
-enum ObservationVerdict : char {
-  kDropObservation = 0,
-  kKeepObservation = 1,
-  /// Kept, but the track jumped before it: it starts a track of its own.
-  kStartTrack = 2,
-};
+/// What becomes of an observation.
+enum ObservationVerdict : char { kDropObservation = 0, kKeepObservation = 1 };
 
 /// The window with the kept point observations only. `keep`: one ObservationVerdict per
 /// observation, indexed as InitWindow::pointObservations(). Tracks left with one observation are
-/// dropped, cut tracks become two with the same id. Everything else (times, calibration, IMU
-/// samples, lines, counts) is shared with `window` and not copied; it lives as long as either
-/// window. Null when `keep` has another size than pointObservations().
+/// dropped. Everything else (times, calibration, IMU samples, lines, counts) is shared with
+/// `window` and not copied; it lives as long as either window. Null when `keep` has another size
+/// than pointObservations().
 std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
                                                    const std::vector<char>& keep);
 

@@ -38,8 +38,6 @@ OptionField advancedKey(const char* key, OptionValue value, const char* reason,
   return advancedKey(key, std::move(value), {}, "", reason, methods);
 }
 
-bool isForComparedMethods(const OptionField& option) { return !option.isReadBy("slim"); }
-
 void appendSection(const std::string& prefix, OptionTable section,
                    const std::vector<std::string>& methods, OptionTable* table) {
   for (OptionField& option : section) {
@@ -127,7 +125,7 @@ OptionTable optionTable(RefinementOptions* o) {
       advancedKey("estimate_accel_bias", &o->estimate_accel_bias,
                   "0: the accelerometer bias is held at zero (ablation)"),
       advancedKey("max_iterations", &o->max_iterations, {0, 1000}, "",
-                  "Levenberg-Marquardt steps of one minimisation"),
+                  "Levenberg-Marquardt steps of one minimisation, refused ones included"),
       advancedKey("tolerance", &o->tolerance, {1e-30, 100.0}, "sigma^2",
                   "squared length of a step, in standard deviations of the state, that ends the "
                   "minimisation"),

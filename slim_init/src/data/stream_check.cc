@@ -105,8 +105,11 @@ AddStatus StreamCheck::checkTime(double t, bool restart_on_gap, Stream* stream) 
   if (std::isnan(stream->last)) return use(t, stream);
   const double step = t - stream->last;
   if (step > 0.0 && step <= kJump) return use(t, stream);
-  if (step <= 0.0 && step > -kJump) return AddStatus::kOutOfOrder;
-
+  if (step <= 0.0 && step > -kJump) {
+    if (!(t > stream->late)) stream->late_since = t;
+    stream->late = t;
+    return t - stream->late_since < kLate ? AddStatus::kOutOfOrder : restart(t, stream);
+  }
   const bool is_gap = step > 0.0;
   const bool by_its_stream = t > stream->stray && t - stream->stray <= kJump;
   const bool by_the_other = is_gap && !restart_on_gap && std::abs(t - newest_) <= kJump;

@@ -74,9 +74,9 @@ Descent descend(const WindowState& start, const RefinementOptions& options,
   return out;
 }
 
-// To the lower of two minima; `map` is there.
-Descent descend(const WindowState& start, const OtherStart& otherStart,
-                const RefinementInput& input, VisualInertialProblem* map) {
+// `map` is left there.
+Descent lowerMinimum(const WindowState& start, const OtherStart& otherStart,
+                     const RefinementInput& input, VisualInertialProblem* map) {
   const double before = input.budget.used();
   Descent first = descend(start, input.options, map);
   if (!otherStart) return first;
@@ -139,7 +139,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
-  const Descent first = descend(start, other, input, &map);
+  const Descent first = lowerMinimum(start, other, input, &map);
   RefinedWindow out = first.reached;
   if (!out.valid) return out;
   out.valid = false;

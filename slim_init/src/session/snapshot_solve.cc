@@ -135,9 +135,9 @@ bool SnapshotSolve::restUntil(double last) {
   }
   known.since = since;
   known.until = span.last;
-  known.prior =
-      priorAtRest(rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,
-                  known_.biases, options_.inertial);
+  known.prior = priorAtRest(
+      rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,
+      known_.empty() ? window_.calibration().imu_biases : known_.biases, options_.inertial);
   known.prior.calibration = known_.calibration;
   return true;
 }

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -180,6 +181,23 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
   scene.old = scene.deciding;
   if (scene.deciding < kLeastTracks) scene.deciding = scene.tracks.size();
   return scene;
+}
+
+// Whether so many of the tracks move that they are more than a few poor ones.
+bool move(std::size_t others, std::size_t all) {
+  return others >= kLeastTracks &&
+         static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
+}
+
+// Whether most of the placeless tracks of `scene` have their place in `before`, the same without
+// the last of the poses: what has stood until then does not move all at once, so that this pose is
+// the one that is wrong.
+bool isOfLastPose(const Scene& scene, const Scene& before) {
+  const std::set<FeatureId> placeless(scene.placeless.begin(), scene.placeless.end());
+  const auto regained =
+      std::count_if(before.tracks.begin(), before.tracks.end(),
+                    [&placeless](const PoseTrack& track) { return placeless.count(track.id) > 0; });
+  return 2 * static_cast<std::size_t>(regained) > placeless.size();
 }
 
 // A pose from the tracks, and which of them agree with it.
@@ -413,12 +431,6 @@ void setMoving(const PoseFit* world, const Scene& scene, bool decide, Innovation
       static_cast<double>(result->moving.size()) > (1.0 - kPart) * static_cast<double>(all);
 }
 
-// Whether so many of the tracks move that they are more than a few poor ones.
-bool move(std::size_t others, std::size_t all) {
-  return others >= kLeastTracks &&
-         static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
-}
-
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: if they are most they cannot speak against the IMU, and neither can new ones where most
 // old ones disagree.
@@ -560,8 +572,15 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
     result.message = "the window, the prediction or the newest frame is missing or not finite";
     return result;
   }
-  const Scene scene = sceneOf(optimized, *newest, frames, calibration,
-                              sigma_px / calibration.focal_px, trust.most_noise);
+  const auto sceneFrom = [&](const std::vector<NavState>& states) {
+    return sceneOf(states, *newest, frames, calibration, sigma_px / calibration.focal_px,
+                   trust.most_noise);
+  };
+  Scene scene = sceneFrom(optimized);
+  if (trust.agreed && move(scene.moved, scene.tracks.size() + scene.placeless.size())) {
+    Scene before = sceneFrom({optimized.begin(), optimized.end() - 1});
+    if (isOfLastPose(scene, before)) scene = std::move(before);
+  }
   result.noise = scene.sigma * calibration.focal_px / sigma_px;
   result.tracks = static_cast<int>(scene.tracks.size());
   result.deciding = static_cast<int>(scene.deciding);
@@ -669,10 +688,12 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   // A host whose poses have not agreed with its tracks yet has them wrong.
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
+  trust.agreed = agreed_;
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
   damaged_ = isWrong(result);
+  agreed_ = !damaged_ && result.agree_imu >= kNearlyAll;
   if (result.culprit == Culprit::kImages) moved_ = t;
   // What moves in the images goes on as well.
   const bool of_imu = (damaged_ || result.culprit == Culprit::kNone) && !(t - moved_ < kTrusted);

@@ -159,6 +159,10 @@ class HostAdapter {
   /// without.
   void learn(const HostState& healthy);
 
+  /// The host has thrown its states away: what watch() and prepare() remember of them, and a solve
+  /// at work for them, is dropped. The streams and what is known of the sensors stay.
+  void flightEnded();
+
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
   /// known there: glitches and missing samples widen it.
   HostPropagation propagate(const HostState& from, double stamp) const;

@@ -350,13 +350,14 @@ class HostGlue {
   template <typename Estimator>
   void stockTried(Estimator& e, bool result) {
     if (!active() || !isFull(e)) return;
-    std::vector<HostState> window = glue_detail::windowOf(e);
-    const bool tried = result || e.initial_timestamp == window.back().stamp;
+    HostWindow window;
+    window.states = glue_detail::windowOf(e);
+    const bool tried = result || e.initial_timestamp == window.states.back().stamp;
     if (!takeStock(tried, result, &window)) return;
-    for (std::size_t i = 0; i < window.size(); ++i) {
-      e.Ps[i] = window[i].P;
-      e.Rs[i] = window[i].R;
-      e.Vs[i] = window[i].V;
+    for (std::size_t i = 0; i < window.states.size(); ++i) {
+      e.Ps[i] = window.states[i].P;
+      e.Rs[i] = window.states[i].R;
+      e.Vs[i] = window.states[i].V;
     }
   }
 
@@ -441,7 +442,7 @@ class HostGlue {
   void addLineCloud(const GlueCloud& cloud);
   bool seedWindow(const std::vector<HostState>& frames, GlueWindow* window, bool* drop_oldest);
   bool solveRecovery(const std::vector<HostState>& frames, bool failed, GlueWindow* window);
-  bool takeStock(bool tried, bool result, std::vector<HostState>* window);
+  bool takeStock(bool tried, bool result, HostWindow* window);
   void addHealthy(const std::vector<HostState>& window);
   bool takeRequest();
   bool resetsAfterRefusal();

@@ -67,6 +67,9 @@ struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
+  /// Nearly all known tracks of the last optimized frame agreed with the IMU. If most of them lose
+  /// their place at once, its pose is the cause, and the poses before it count.
+  bool agreed = false;
   /// Innovation::error of the frame before, zero: none; and the logarithm of the odds that it goes
   /// on.
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
@@ -132,7 +135,7 @@ class InnovationMonitor {
             const Innovation& result);
 
   Step before_;
-  bool suspicious_ = false, damaged_ = false;
+  bool suspicious_ = false, damaged_ = false, agreed_ = false;
   Eigen::Matrix<double, 6, 1> error_ = Eigen::Matrix<double, 6, 1>::Zero();  // Innovation::error
   double moved_ = kNotComputed;        // a part of the image did, for the last time [s]
   double blind_since_ = kNotComputed;  // [s]
