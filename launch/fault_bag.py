@@ -80,7 +80,7 @@ class Faults:
     def imu(self, t, accel, gyro):
         """The sample as it is to be sent: two arrays, or None."""
         events = self.active(t)
-        if not any(one["kind"] == "frozen" for one in events):
+        if self.held is None or not any(one["kind"] == "frozen" for one in events):
             self.held = (accel, gyro)
         for one in events:
             kind, sizes = one["kind"], one["sizes"]
@@ -137,8 +137,9 @@ def inject(bag, out, imu_topic, image_topic, events):
     import rosbag
     faults = Faults(events)
     with rosbag.Bag(bag) as source, rosbag.Bag(out, "w") as sink:
-        began = source.get_start_time()
+        began = None  # by the stamps: the clock of the recorder may be another
         for topic, message, t in source.read_messages(topics=[imu_topic, image_topic]):
+            began = began or message.header.stamp.to_sec()
             since = message.header.stamp.to_sec() - began
             if topic == imu_topic:
                 a, w = message.linear_acceleration, message.angular_velocity

@@ -310,7 +310,7 @@ class ApplyTest(unittest.TestCase):
                          r"if\(result && ok\)")
         self.assertRegex(said, r"2 TIMES   optimized    lines \d+, \d+: if \(failureDetection\(\)\)")
         self.assertRegex(said, r"NOT FOUND member  ")
-        self.assertIn("10 of 13 anchors match; what to do", said)
+        self.assertIn("11 of 14 anchors match; what to do", said)
         self.assertEqual(self.tree(path), before)
 
     def test_a_folder_that_is_no_host_is_diagnosed(self):
@@ -338,7 +338,7 @@ class ApplyTest(unittest.TestCase):
         pristine = self.tree(path)
         self.assertIn("holds none of the known hosts", self.refuses(path))
         self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
-        self.assertIn("my_fork: 13 insertions in 5 files", self.succeeds(path, "--host", described))
+        self.assertIn("my_fork: 14 insertions in 5 files", self.succeeds(path, "--host", described))
         source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
         self.assertIn(b"stockTried(*this, result);\n// <<< slim_init\n            if(result == true)",
                       source)
@@ -396,7 +396,8 @@ class ApplyTest(unittest.TestCase):
         source = os.path.join(path, "vins_estimator", "src", "old.cpp")
         cmake = os.path.join(path, "vins_estimator", "CMakeLists.txt")
         write(source, b"#include <opencv/cv.h>\ncv::cvtColor(a, b, CV_GRAY2RGB);\n"
-              b"f(CV_AA, cv::CV_BGR2GRAY, CV_8UC1, CV_TERMCRIT_EPS | CV_TERMCRIT_ITER);\n")
+              b"f(CV_AA, cv::CV_BGR2GRAY, CV_8UC1, CV_TERMCRIT_EPS | CV_TERMCRIT_ITER);\n"
+              b"cv::imread(name, CV_LOAD_IMAGE_GRAYSCALE);\n")
         write(cmake, read(cmake) + b'set(CMAKE_CXX_FLAGS "-std=c++11 -march=native")\n')
         script = os.path.join(REPOSITORY, "vins_estimator_patch", "for_opencv4.sh")
 
@@ -409,7 +410,8 @@ class ApplyTest(unittest.TestCase):
         self.assertEqual(read(source), b"#include <opencv2/opencv.hpp>\n"
                          b"cv::cvtColor(a, b, cv::COLOR_GRAY2RGB);\n"
                          b"f(cv::LINE_AA, cv::COLOR_BGR2GRAY, CV_8UC1, "
-                         b"cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER);\n")
+                         b"cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER);\n"
+                         b"cv::imread(name, cv::IMREAD_GRAYSCALE);\n")
         self.assertEqual(port(path, "--cxx17"), (0, cmake + "\n1 files changed\n"))
         self.assertIn(b'"-std=c++17 -march=native"', read(cmake))
         self.assertEqual(port(path, "--cxx17"), (0, "0 files changed\n"))

@@ -183,13 +183,13 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
   EXPECT_NEAR(hostYaw(answer.window.states[0].R), 0.0, 1e-12);
   EXPECT_NEAR((answer.window.states[10].P - answer.window.states[2].P).norm(),
               (exact_.truth[20].p_w_b - exact_.truth[12].p_w_b).norm(), 1e-3);
-  EXPECT_FALSE(answer.continued);
+  EXPECT_FALSE(answer.frame.ok);
 
   // The host flies in the true frame and fails.
   for (int k = 21; k <= 30; ++k) feed(k);
   const HostResult again = adapter_->recover(stamps(30), {toHostState(exact_.truth[24], 0.0)});
   ASSERT_TRUE(again.success()) << again.message;
-  EXPECT_TRUE(again.continued);
+  EXPECT_TRUE(again.frame.ok);
   for (int i = 0; i < kHostFrames; ++i) {
     EXPECT_LT((again.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 2e-3) << i;
     EXPECT_LT((again.window.states[i].V - exact_.truth[20 + i].v_w_b).norm(), 2e-3) << i;

@@ -157,6 +157,13 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
   EXPECT_TRUE(file_.rig.has_rotation);
 
+  for (const auto& [key, value] : {std::pair("num_of_cam: 1", '2'), std::pair("imu: 1", '0')}) {
+    std::string other = text;
+    other[other.find(key) + std::strlen(key) - 1] = value;
+    EXPECT_EQ(openHostFile(write("host.yaml", other), nullptr, &error_), nullptr) << key;
+    expectParts(error_, "host.yaml: num_of_cam is ");
+  }
+
   // Without the matrix: looked for where the host does so as well.
   const std::size_t matrix = text.find("body_T_cam0");
   std::string without = text.substr(0, matrix) + text.substr(text.find("g_norm"));

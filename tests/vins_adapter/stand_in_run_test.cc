@@ -713,6 +713,29 @@ TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
   frame(k + 12);
   EXPECT_EQ(e.compared_to, after_gap) << "one frame later it looks again";
 }
+
+// The other sides: the IMU was silent as well, or time has gone back, which shows in the samples
+// that the host refuses and not in those that wait.
+TEST_F(StandInRun, AGapThatTheImuDoesNotSpanIsNotRiddenThrough) {
+  for (const bool silent : {true, false}) {
+    SCOPED_TRACE(silent);
+    Estimator& e = start("initializer: slim\nreinit: 1\n");
+    const int k = fly(30);
+    std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(k + 11);
+    const auto middle = gap.begin() + static_cast<std::ptrdiff_t>(gap.size() / 2);
+    if (silent) {
+      gap.erase(middle, middle + static_cast<std::ptrdiff_t>(gap.size() / 4));
+    } else {
+      sensor_msgs::Imu first = *gap.front();
+      first.header.stamp.seconds -= 2.0;
+      gap.push_back(std::make_shared<const sensor_msgs::Imu>(first));
+    }
+    const int resets = e.resets;
+    restart(gap);
+    EXPECT_EQ(e.resets, resets + 1);
+    EXPECT_EQ(timesLogged("continues by its IMU"), 0) << logText();
+  }
+}
 #endif
 
 // The other side: without the samples of that second nobody knows where the body went. The world

@@ -115,10 +115,6 @@ double damagedTime(const std::deque<ImuDamage>& damage, double first, double las
   return sum;
 }
 
-double millisecondsSince(SolveWorker::Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(SolveWorker::Clock::now() - start).count();
-}
-
 }  // namespace
 
 const char* toString(HostMode mode) {
@@ -225,7 +221,6 @@ struct HostAdapter::State {
 
   HostResult answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
                     Lock* lock);
-  HostResult timedAnswer(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
   SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy);
   std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
                                      Lock* lock);
@@ -561,22 +556,10 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
     answer.pending = healthy != nullptr && isHeldBack(stamps.back());
     return decline(status, problem);
   }
-  if (healthy != nullptr) {
-    answer.continued = true;
-    answer.frame = continuationOf(healthy->back(), answer.result);
-  }
+  if (healthy != nullptr) answer.frame = continuationOf(healthy->back(), answer.result);
   expectOtherStates();
   memory.learn(answer.result.calibration);
   return answer;
-}
-
-HostResult HostAdapter::State::timedAnswer(const std::vector<double>& stamps,
-                                           const std::vector<HostState>* healthy) {
-  const auto start = SolveWorker::Clock::now();
-  Lock lock(mutex);
-  HostResult result = answer(stamps, healthy, &lock);
-  result.total_ms = millisecondsSince(start);
-  return result;
 }
 
 // The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
@@ -805,12 +788,14 @@ void HostAdapter::setTd(double td) {
 }
 
 HostResult HostAdapter::seed(const std::vector<double>& stamps) {
-  return state_->timedAnswer(stamps, nullptr);
+  State::Lock lock(state_->mutex);
+  return state_->answer(stamps, nullptr, &lock);
 }
 
 HostResult HostAdapter::recover(const std::vector<double>& stamps,
                                 const std::vector<HostState>& healthy) {
-  return state_->timedAnswer(stamps, &healthy);
+  State::Lock lock(state_->mutex);
+  return state_->answer(stamps, &healthy, &lock);
 }
 
 // The last healthy state is at least as old as the newest damage that it could know of, so what is
@@ -851,7 +836,6 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
   }
   answer.window.prior =
       firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
-  answer.continued = true;
   answer.result.status = InitStatus::kTimeLimit;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
   return answer;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "slim_init/config/config.h"
+#include "slim_init/text.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -34,6 +35,11 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
                                           std::string* error) {
   Config config;
   if (!loadConfig(path, &config, error)) return nullptr;
+  if (config.host.num_of_cam != 1 || !config.host.imu) {
+    *error = text(path, ": num_of_cam is ", config.host.num_of_cam, " and imu ", config.host.imu,
+                  ", both must be 1: a host with two cameras or without IMU starts by itself");
+    return nullptr;
+  }
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
   if (read.mode == HostMode::kShadow && (config.host.reinit || config.host.watchdog)) {

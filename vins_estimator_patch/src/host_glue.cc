@@ -14,6 +14,7 @@
 
 #include "calibration_advice.h"
 #include "slim_init/host_health/flight_monitor.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/result.h"
 #include "slim_init/text.h"
 #include "slim_init/vins_adapter/feature_message.h"
@@ -113,8 +114,10 @@ struct HostGlue::State {
   HostFile file;  // its keep_heading also in a host that initializes by itself
   std::atomic<bool> active{false};
 
+  std::atomic<double> last_imu{std::numeric_limits<double>::quiet_NaN()};  // stamp [s]
+  std::atomic<bool> time_went_back{false};
+
   // Touched by the processing thread alone.
-  double last_imu = std::numeric_limits<double>::quiet_NaN();
   bool glitch_reported = false;
   bool suspect_reported = false;
   bool lines_reported = false;
@@ -264,15 +267,16 @@ struct HostGlue::State {
   }
 
   // Reports an answer unless it repeats the one before.
-  void reportAnswer(const std::string& action, const HostResult& answer) {
-    if (answer.pending) return;
+  // False: it says what was reported a moment ago, or there is none yet.
+  bool reportAnswer(const std::string& action, const HostResult& answer) {
+    if (answer.pending) return false;
     const InitStatus status = answer.result.status;
     const bool recovery = action == "recover";
     const double every = recovery ? kHealthEvery : kRepeatReport;
     const bool same = recovery ? !answer.success() : status == reported_status;
     if (!answer.success() && same && std::abs(answer.stamp - reported_stamp) < every) {
       unreported_refusals += recovery ? 1 : 0;
-      return;
+      return false;
     }
     reported_status = status;
     reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
@@ -282,6 +286,7 @@ struct HostGlue::State {
                        withRemedy(answer.message, status), " (", std::fixed, answer.data_s,
                        " s of data, ", answer.solve_ms, " ms",
                        refusals > 0 ? roundedText(0, ", after ", refusals, " refusals") : "", ')'));
+    return true;
   }
 
   // What the user should know of a start; how the file should read when several windows agree.
@@ -441,8 +446,7 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   const HostResult answer =
       propagated.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
-  if (!answer.pending) state.record(action, answer, nullptr);
-  state.reportAnswer(action, answer);
+  if (state.reportAnswer(action, answer)) state.record(action, answer, nullptr);
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
     window->intervals = state.adapter->imuIntervals(stamps);
@@ -544,16 +548,25 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
   return stamp >= state.next_recovery;
 }
 
-bool HostGlue::bridgesGap(double newest_sample) {
-  if (!reinit()) return false;
+void HostGlue::imuRefused(double t) {
+  if (state_->last_imu - t > StreamCheck::kJump) state_->time_went_back = true;
+}
+
+bool HostGlue::bridgesGap(const std::vector<double>& waiting) {
   State& state = *state_;
+  if (!reinit() || state.time_went_back) return false;
   if (state.healthy.empty() || state.monitor.suspectsFrame() ||
       state.monitor.status() == FlightStatus::kWrong) {
     return false;
   }
   const double healthy = state.healthy.back().stamp;
-  const double gap = std::max(newest_sample, state.last_imu) - healthy;
-  // Less, and there are no samples of the gap; backwards, and the streams have begun anew.
+  double newest = state.last_imu;
+  for (const double stamp : waiting) {
+    if (stamp - newest > host_health::ImuScreen::kBridge) return false;
+    newest = stamp;
+  }
+  const double gap = newest - healthy;
+  // Less, and there are no samples of the gap.
   if (!(gap >= kShortestGap && gap <= kLongestGap)) return false;
   if (state.adapter->lastDamage().second > healthy) return false;
   state.report(ReportLevel::kInfo, roundedText(3, "the tracker was restarted after ", gap,
@@ -568,6 +581,7 @@ void HostGlue::hostCleared() {
   State& state = *state_;
   const bool suspect = state.monitor.status() != FlightStatus::kGood;
   state.monitor.reset();
+  state.time_went_back = false;
   if (active()) state.adapter->flightEnded();
   state.pause = 0.0;
   state.next_recovery = -std::numeric_limits<double>::infinity();

@@ -172,10 +172,7 @@ void FeatureTrackerLinesNode::publish(const TrackedFrame& tracked) {
   std::string error;
   if (!vins_adapter::writePointMessage(tracked.frame, previous, &points, &error) ||
       !vins_adapter::writeLineMessage(tracked.frame, &lines, &error)) {
-    // After some hours the ids no longer fit the floats of the messages.
-    ROS_WARN_STREAM(error << ": the tracker restarts");
-    pipeline_->restart();
-    publishRestart();
+    ROS_WARN_STREAM_THROTTLE(5.0, "a frame is not published: " << error);
     return;
   }
   // Lines first, so that they are there when the points arrive.
@@ -221,7 +218,6 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("frames published", counts.frames_published, &tracking);
   addValue("observations discarded: off axis", counts.observations_sideways, &tracking);
   addValue("time jumps", pipeline_->streamCounts().restarts, &tracking);
-  addValue("restarts", counts.restarts, &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
   addValue("gyroscope used", report.rotation_from_gyro, &tracking);

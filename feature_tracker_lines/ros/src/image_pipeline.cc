@@ -42,33 +42,32 @@ std::string ImagePipelineOptions::validate() const {
 }
 
 ImagePipeline::ImagePipeline(const Config& config, const ImagePipelineOptions& options)
-    : config_(config), options_(options), check_(streamOptions(config.options.imu)) {
-  forget();
+    : config_(config),
+      options_(options),
+      check_(streamOptions(config.options.imu)),
+      front_end_(config.camera, config.calibration, config.front_end) {
+  forgetImages();
 }
 
-void ImagePipeline::restart() {
-  ++counts_.restarts;
-  check_.forgetTimes();
-  forget();
-}
-
-void ImagePipeline::forget() {
-  // A new front end and not reset(): that one goes on counting ids, which have to fit the messages.
-  front_end_ =
-      std::make_unique<ImageFrontEnd>(config_.camera, config_.calibration, config_.front_end);
+void ImagePipeline::forgetImages() {
+  front_end_.reset();
   images_.clear();
-  imu_.clear();
-  t_first_imu_ = t_fed_imu_ = t_imu_ = t_image_ = t_next_publish_ = kNotComputed;
+  t_fed_imu_ = t_image_ = t_next_publish_ = kNotComputed;
   previous_ = FrameObservation();
   previous_.t = kNotComputed;
+}
+
+void ImagePipeline::forgetImu() {
+  imu_.clear();
+  t_first_imu_ = t_imu_ = kNotComputed;
 }
 
 AddStatus ImagePipeline::addImu(const ImuSample& sample) {
   const AddStatus status = check_.checkImu(sample);
   if (!isAdded(status)) return status;
   if (status == AddStatus::kRestarted) {
-    ++counts_.restarts;
-    forget();
+    forgetImages();
+    forgetImu();
   }
   if (std::isnan(t_first_imu_)) t_first_imu_ = sample.t;
   t_imu_ = sample.t;
@@ -81,8 +80,9 @@ AddStatus ImagePipeline::addImage(double t, const cv::Mat& image) {
   const AddStatus status = check_.checkFrame(config_.calibration.imuTime(t));
   if (!isAdded(status)) return status;
   if (status == AddStatus::kRestarted) {
-    ++counts_.restarts;
-    forget();
+    forgetImages();
+    // A gap in the images, in which the IMU has gone on, is no other time.
+    if (!(std::abs(config_.calibration.imuTime(t) - t_imu_) <= StreamCheck::kJump)) forgetImu();
   }
   ++counts_.images;
   t_image_ = t;
@@ -114,12 +114,12 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   const PendingImage image = std::move(images_.front());
   images_.pop_front();
   while (!imu_.empty() && !(t_fed_imu_ >= t_image)) {
-    front_end_->addImu(imu_.front());
+    front_end_.addImu(imu_.front());
     t_fed_imu_ = imu_.front().t;
     imu_.pop_front();
   }
   TrackedFrame tracked;
-  if (front_end_->addImage(image.t, image.image, &tracked.frame) != ImageStatus::kTracked) {
+  if (front_end_.addImage(image.t, image.image, &tracked.frame) != ImageStatus::kTracked) {
     ++counts_.images_refused;
     return std::nullopt;
   }

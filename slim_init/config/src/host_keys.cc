@@ -422,6 +422,8 @@ OptionTable rigTable(Config* c) {
 
 void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   readTable(root, switchTable(host));
+  readOptional(root, "num_of_cam", &host->num_of_cam);
+  readOptional(root, "imu", &host->imu);
   if (root["watchdog"].empty()) host->watchdog = host->reinit;
   if (root["keep_heading"].empty()) host->keep_heading = host->reinit;
   readOutputFolder(root, &host->output_path);

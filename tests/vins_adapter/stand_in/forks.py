@@ -93,7 +93,7 @@ void Estimator::clearState()""")],
                 ("Estimator estimator;", "std::unique_ptr<Estimator> estimator_ptr;"),
                 ("return estimator;", "return *estimator_ptr;"),
                 ("(auto &imu_msg : imu)", "(auto &imu_data : imu)"),
-                ("t = imu_msg->header", "t = imu_data->header"),
+                ("double t = imu_msg", "double t = imu_data"),
                 ("estimator.td;", "estimator_ptr->td;"),
                 ("estimator.processImage", "estimator_ptr->processImage"),
                 ("estimator.clearState", "estimator_ptr->clearState"),
@@ -145,11 +145,8 @@ void send_imu(const sensor_msgs::ImuConstPtr &imu_msg)
         (void)img_t;
 """, "        send_imu(imu_msg);\n"),
                 ("(image, img_msg", "(image, map<int, vector<pair<int, Vector4d>>>(), img_msg"),
-                ("""\
-        imu_buf.push(imu_msg);
-    ROS_WARN("restart the estimator!");
-    imu_buf = std::queue<sensor_msgs::ImuConstPtr>();
-""", "        send_imu(imu_msg);\n")],
+                ("imu_buf.push", "send_imu"),
+                ("    imu_buf = std::queue<sensor_msgs::ImuConstPtr>();\n", "")],
         }),
         "lvi_sam": Fork("vins_mono", {
             "vins_estimator/src": "src/visual_odometry/visual_estimator", "vins_estimator": "."

@@ -166,9 +166,9 @@ bool readLineMessage(const Cloud& cloud, FrameObservation* frame, std::string* e
 
 /// Writes the points of `frame` for a host with one camera; the header is the caller's. A point's
 /// velocity on the image plane [1/s] is the difference to `previous` (null, or a point new in
-/// `frame`: zero), as that host's own tracker has it. A bearing that does not point forward or an
-/// id outside [0, kMaxMessageId] cannot be written: false, `cloud` as it was, a message in
-/// `error` (may be null).
+/// `frame`: zero), as that host's own tracker has it. Ids are those of `frame` modulo
+/// kMaxMessageId + 1. A bearing that does not point forward cannot be written: false, `cloud` as it
+/// was, a message in `error` (may be null).
 template <typename Cloud>
 bool writePointMessage(const FrameObservation& frame, const FrameObservation* previous,
                        Cloud* cloud, std::string* error);
@@ -189,10 +189,8 @@ inline bool project(const Eigen::Vector3d& bearing, const char* what, FeatureId 
   return true;
 }
 
-inline bool checkId(FeatureId id, const char* what, std::string* error) {
-  if (id >= 0 && id <= kMaxMessageId) return true;
-  return refuse(error, "id of ", what, " is ", id, ", must be in [0, ", kMaxMessageId, "]");
-}
+// Ids begin with 0 again where they no longer fit a float: tracks of so many ids ago have ended.
+inline double messageId(FeatureId id) { return static_cast<double>(id & kMaxMessageId); }
 
 // An empty cloud with its channels named.
 template <typename Cloud, std::size_t kCount>
@@ -235,10 +233,7 @@ bool writePointMessage(const FrameObservation& frame, const FrameObservation* pr
   detail::prepare(kPointChannels, frame.points.size(), &result);
   for (const PointObservation& point : frame.points) {
     Eigen::Vector2d xy;
-    if (!detail::checkId(point.id, "point", error) ||
-        !detail::project(point.bearing, "point", point.id, &xy, error)) {
-      return false;
-    }
+    if (!detail::project(point.bearing, "point", point.id, &xy, error)) return false;
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero();
     const auto old = before.find(point.id);
     Eigen::Vector2d xy_old;
@@ -246,7 +241,7 @@ bool writePointMessage(const FrameObservation& frame, const FrameObservation* pr
         detail::project(old->second, "point", point.id, &xy_old, nullptr)) {
       velocity = (xy - xy_old) / dt;
     }
-    const double values[] = {static_cast<double>(point.id), point.pixel.x(), point.pixel.y(),
+    const double values[] = {detail::messageId(point.id), point.pixel.x(), point.pixel.y(),
                              velocity.x(), velocity.y()};
     detail::append(xy, values, &result);
   }
@@ -261,12 +256,11 @@ bool writeLineMessage(const FrameObservation& frame, Cloud* cloud, std::string* 
   detail::prepare(kLineChannels, frame.lines.size(), &result);
   for (const LineObservation& line : frame.lines) {
     Eigen::Vector2d start, end;
-    if (!detail::checkId(line.id, "line", error) ||
-        !detail::project(line.start_bearing, "line", line.id, &start, error) ||
+    if (!detail::project(line.start_bearing, "line", line.id, &start, error) ||
         !detail::project(line.end_bearing, "line", line.id, &end, error)) {
       return false;
     }
-    const double values[] = {static_cast<double>(line.id),
+    const double values[] = {detail::messageId(line.id),
                              end.x(),
                              end.y(),
                              line.start_pixel.x(),

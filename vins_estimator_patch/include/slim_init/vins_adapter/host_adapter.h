@@ -81,10 +81,8 @@ struct HostResult {
   std::string message;             ///< for a person: what was decided and why
   double stamp = kNotComputed;     ///< the newest requested stamp [s], camera clock
   double data_s = kNotComputed;    ///< from the first frame after a (re)start to `stamp` [s]
-  double total_ms = kNotComputed;  ///< wall-clock time of the call
   double solve_ms = kNotComputed;  ///< of the solve, in whichever thread it ran
-  bool continued = false;          ///< the window continues an earlier odometry frame
-  HostPropagation frame;           ///< its uncertainty, if continued
+  HostPropagation frame;           ///< ok: the window continues it, as uncertain as this says
   /// Of recover(): the solve has not finished, or IMU samples that it needs to reach the newest
   /// frame have arrived and are held back. Nothing was decided; bridge() fills the window until the
   /// next frame.

@@ -208,8 +208,8 @@ void forgetTracks(const std::vector<long long>& ids, Estimator& e) {
 /// The host calls it at six events: addImu(), addFrame(), the initialization (decides(), seed(),
 /// stockTried()), optimized(), hostCleared(), and ridesThrough() before a restart of its tracker.
 /// All calls come from the host's processing thread, except addLines(), addSpeed(), received(),
-/// requestRecovery() and listen(), which may come from any, and ridesThrough(). None of them waits
-/// for a solve longer than `max_wait_ms` of the host's file.
+/// requestRecovery(), imuRefused() and listen(), which may come from any, and ridesThrough(). None
+/// of them waits for a solve longer than `max_wait_ms` of the host's file.
 class HostGlue {
  public:
   typedef std::function<void(ReportLevel, const std::string&)> Listener;
@@ -383,25 +383,38 @@ class HostGlue {
 
   /// The host forgets its states, for whatever reason: the next start continues its odometry frame.
   void hostCleared();
-  /// The same for a host whose reset empties its queues of (stamp, vector), which are given.
-  template <typename Samples>
-  void hostCleared(Samples accel, Samples gyro) {
+  /// The same for a host whose reset empties its queues of (stamp, vector), which are given with
+  /// their mutex.
+  template <typename Mutex, typename Samples>
+  void hostCleared(Mutex& buffer, const Samples& accel_waiting, const Samples& gyro_waiting) {
+    std::unique_lock<Mutex> lock(buffer);
+    Samples accel = accel_waiting, gyro = gyro_waiting;
+    lock.unlock();
     for (; !accel.empty() && !gyro.empty(); accel.pop(), gyro.pop()) {
       addImu(accel.front().first, accel.front().second, gyro.front().second);
     }
     hostCleared();
   }
 
+  /// The host does not take this sample because its newest one is younger: time may have gone back.
+  /// From any thread.
+  void imuRefused(double t);
+
   /// The tracker was restarted after a gap in the images and requests a restart of the host: true
-  /// if that is not needed, because the state before the gap was healthy and the IMU data since are
-  /// whole. Otherwise the samples in the queue, which the restart empties, are added. Takes the
-  /// mutexes of the host's estimator and of its queue.
+  /// if that is not needed, because time has not gone back, the state before the gap was healthy
+  /// and the IMU data since, with the samples in the queue, are whole. Otherwise these samples,
+  /// which the restart empties, are added. Takes the mutexes of the host's estimator and of its
+  /// queue.
   template <typename Mutex, typename Queue>
   bool ridesThrough(Mutex& estimator, Mutex& buffer, const Queue& samples) {
     if (!active()) return false;
     const std::lock_guard<Mutex> estimator_lock(estimator);
     const std::lock_guard<Mutex> buffer_lock(buffer);
-    if (bridgesGap(samples.empty() ? -1.0 : samples.back()->header.stamp.toSec())) return true;
+    std::vector<double> stamps;
+    for (Queue waiting = samples; !waiting.empty(); waiting.pop()) {
+      stamps.push_back(waiting.front()->header.stamp.toSec());
+    }
+    if (bridgesGap(stamps)) return true;
     for (Queue waiting = samples; !waiting.empty(); waiting.pop()) addImu(*waiting.front());
     return false;
   }
@@ -436,7 +449,7 @@ class HostGlue {
                    const Eigen::Vector3d& tic);
   HostPreparation prepareFrame(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                                const Eigen::Vector3d& tic);
-  bool bridgesGap(double newest_sample);
+  bool bridgesGap(const std::vector<double>& waiting);
   bool endsRide();
   void addPoints(double stamp, const std::vector<double>& points, double td);
   void addLineCloud(const GlueCloud& cloud);

@@ -41,7 +41,6 @@ struct ImagePipelineCounts {
   std::int64_t images_without_imu = 0;  ///< of these, tracked without IMU
   std::int64_t frames_published = 0;
   std::int64_t observations_sideways = 0;  ///< not in the messages: 89.4 deg or more off axis
-  std::int64_t restarts = 0;               ///< jumps in time and calls of restart()
 };
 
 /// A tracked image to be published.
@@ -61,7 +60,7 @@ class ImagePipeline {
   /// Configuration and options as they are; call their validate() first.
   ImagePipeline(const Config& config, const ImagePipelineOptions& options);
 
-  /// kRestarted: everything before was forgotten, ids included, as by restart().
+  /// kRestarted: everything before is forgotten; ids go on, since a host may continue.
   AddStatus addImu(const ImuSample& sample);
   /// `t` [s] on the camera clock. `image` is kept until it is tracked and must not change.
   AddStatus addImage(double t, const cv::Mat& image);
@@ -70,10 +69,7 @@ class ImagePipeline {
   /// it is not to be published: the first image after a start, images between two of the rate.
   std::optional<TrackedFrame> track(bool* worked);
 
-  /// Forgets everything, ids included.
-  void restart();
-
-  const feature_tracker_lines::ImageFrontEnd& frontEnd() const { return *front_end_; }
+  const feature_tracker_lines::ImageFrontEnd& frontEnd() const { return front_end_; }
   const ImagePipelineCounts& counts() const { return counts_; }
   const StreamCounts& streamCounts() const { return check_.counts(); }
   int waiting() const { return static_cast<int>(images_.size()); }
@@ -86,7 +82,8 @@ class ImagePipeline {
     cv::Mat image;
   };
 
-  void forget();
+  void forgetImages();
+  void forgetImu();
   bool publishNow(double t);
   void keepForward(FrameObservation* frame);
   static void keepMoving(TrackedFrame* tracked);
@@ -94,7 +91,7 @@ class ImagePipeline {
   Config config_;
   ImagePipelineOptions options_;
   StreamCheck check_;
-  std::unique_ptr<feature_tracker_lines::ImageFrontEnd> front_end_;
+  feature_tracker_lines::ImageFrontEnd front_end_;
   std::deque<PendingImage> images_;
   std::deque<ImuSample> imu_;  // not yet with the front end
   double t_first_imu_ = kNotComputed;

@@ -28,6 +28,8 @@ struct HostKeys {
   /// Maximum time that an image waits for a solve [ms]; negative: until it ends.
   double max_wait_ms = 10.0;
   std::string output_path;  ///< the host's folder for results
+  int num_of_cam = 1;       ///< of VINS-Fusion, which starts with its second camera
+  bool imu = true;          ///< likewise; false: it flies without
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
   int estimate_extrinsic = 0;
   bool rolling_shutter = false;     ///< rows are exposed one after the other

@@ -14,6 +14,7 @@
 Estimator estimator;
 std::queue<sensor_msgs::ImuConstPtr> imu_buf;
 std::mutex m_buf, m_estimator;
+double last_imu_t = 0;
 
 Estimator &hostEstimator()
 {
@@ -38,14 +39,26 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
     estimator.processImage(image, img_msg->header);
 }
 
+void imu_callback(const sensor_msgs::ImuConstPtr &imu_msg)
+{
+    if (imu_msg->header.stamp.toSec() <= last_imu_t)
+    {
+        ROS_WARN("imu message in disorder!");
+        return;
+    }
+    last_imu_t = imu_msg->header.stamp.toSec();
+    imu_buf.push(imu_msg);
+}
+
 void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
 {
     for (auto &imu_msg : waiting)
-        imu_buf.push(imu_msg);
+        imu_callback(imu_msg);
     ROS_WARN("restart the estimator!");
     imu_buf = std::queue<sensor_msgs::ImuConstPtr>();
     estimator.clearState();
     estimator.setParameter();
+    last_imu_t = 0;
 }
 
 void registerPub(ros::NodeHandle &)

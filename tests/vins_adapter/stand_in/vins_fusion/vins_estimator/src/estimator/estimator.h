@@ -21,5 +21,6 @@ class Estimator : public EstimatorParts<double, 2> {
 
   IntegrationBase* tmp_pre_integration;
   std::mutex mProcess;
+  std::mutex mBuf;
   std::queue<std::pair<double, Vector3d>> accBuf, gyrBuf;
 };
