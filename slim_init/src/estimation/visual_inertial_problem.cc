@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/visual_inertial_problem.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -37,108 +38,6 @@ constexpr double kWorkPerKeyframe = 2.1;
 constexpr double kWorkOfSolve = 3.7e-6;
 
 double square(double x) { return x * x; }
-
-// Sum of the logarithms of numbers of at least one, as the logarithm of their product: one
-// multiplication each.
-class LogSum {
- public:
-  void add(double factor) {
-    // Leaves room for one more factor of this size.
-    constexpr double kLarge = 1e150;
-    product_ *= factor;
-    if (product_ > kLarge) {
-      sum_ += std::log(product_);
-      product_ = 1.0;
-    }
-  }
-  double value() const { return sum_ + std::log(product_); }
-
- private:
-  double sum_ = 0.0;
-  double product_ = 1.0;
-};
-
-// Two numbers of a register; a GCC and Clang extension, on processors without vector registers two
-// scalars.
-typedef double Pair __attribute__((vector_size(16), may_alias));
-
-inline Pair both(double x) { return Pair{x, x}; }
-
-// block += J_a S J_b^T, the four entries of S row by row. This is where a solve spends most of its
-// time: written out, with the columns of J_a in registers.
-inline void addProduct(const Eigen::Matrix<double, 6, 2>& J_a, const Eigen::Matrix2d& S,
-                       const Eigen::Matrix<double, 6, 2>& J_b, Eigen::Matrix<double, 6, 6>* block) {
-  const Pair* a = reinterpret_cast<const Pair*>(J_a.data());
-  const Pair* b = reinterpret_cast<const Pair*>(J_b.data());
-  Pair* out = reinterpret_cast<Pair*>(block->data());
-  const Pair s00 = both(S(0, 0)), s01 = both(S(0, 1)), s10 = both(S(1, 0)), s11 = both(S(1, 1));
-  const Pair a0 = a[0], a1 = a[1], a2 = a[2], a3 = a[3], a4 = a[4], a5 = a[5];
-  for (int pair = 0; pair < 3; ++pair) {
-    const Pair x = s00 * b[pair] + s01 * b[pair + 3];
-    const Pair y = s10 * b[pair] + s11 * b[pair + 3];
-    for (int half = 0; half < 2; ++half) {
-      const Pair u = both(x[half]), v = both(y[half]);
-      out[0] += a0 * u + a3 * v;
-      out[1] += a1 * u + a4 * v;
-      out[2] += a2 * u + a5 * v;
-      out += 3;
-    }
-  }
-}
-
-// Inverse of the lower Cholesky factor of a positive definite matrix of a few rows, of which the
-// lower triangle is read.
-template <int D>
-Eigen::Matrix<double, D, D> inverseOfFactor(const Eigen::Matrix<double, D, D>& A) {
-  Eigen::Matrix<double, D, D> L, X;
-  X.setZero();
-  for (int j = 0; j < D; ++j) {
-    double pivot = A(j, j);
-    for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
-    X(j, j) = 1.0 / std::sqrt(pivot);
-    for (int i = j + 1; i < D; ++i) {
-      double sum = A(i, j);
-      for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-      L(i, j) = sum * X(j, j);
-    }
-  }
-  for (int j = 0; j < D; ++j) {
-    for (int i = j + 1; i < D; ++i) {
-      double sum = 0.0;
-      for (int k = j; k < i; ++k) sum -= L(i, k) * X(k, j);
-      X(i, j) = sum * X(i, i);
-    }
-  }
-  return X;
-}
-
-// Lower triangle of J^T J of the whitened rows of an IMU factor, and J^T r: columns in pairs, of an
-// even number. `rows`: 9 x C.
-template <int C>
-using FactorRows = Eigen::Matrix<double, 9, C, Eigen::RowMajor>;
-
-template <int C>
-void normalEquations(const FactorRows<C>& rows, const Eigen::Matrix<double, 9, 1>& r,
-                     Eigen::Matrix<double, C, C, Eigen::RowMajor>* JJ,
-                     Eigen::Matrix<double, C, 1>* Jr) {
-  static_assert(C % 2 == 0, "columns in pairs");
-  const Pair* J = reinterpret_cast<const Pair*>(rows.data());
-  for (int i = 0; i < C; ++i) {
-    Pair factor[9];
-    double gradient = 0.0;
-    for (int k = 0; k < 9; ++k) {
-      factor[k] = both(rows(k, i));
-      gradient += rows(k, i) * r[k];
-    }
-    (*Jr)[i] = gradient;
-    Pair* out = reinterpret_cast<Pair*>(JJ->data() + C * i);
-    for (int pair = 0; pair <= i / 2; ++pair) {
-      Pair sum = factor[0] * J[pair];
-      for (int k = 1; k < 9; ++k) sum += factor[k] * J[k * (C / 2) + pair];
-      out[pair] = sum;
-    }
-  }
-}
 
 }  // namespace
 
@@ -320,27 +219,16 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
   return fit.cost;
 }
 
-double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
-                                                const FactorRows<kRigInertialColumns>& jacobian,
-                                                System* system) const {
-  // Columns by the row, of even number, and W lower triangular: written out, since for these sizes
-  // Eigen would call its kernel for large matrices.
-  constexpr int kColumns = kRigInertialColumns, kEven = kColumns + kColumns % 2;
-  const Eigen::Matrix<double, 9, 9>& W = whitening_[i];
-  FactorRows<kEven> J;
-  Eigen::Matrix<double, 9, 1> r;
-  for (int row = 0; row < 9; ++row) {
-    J.row(row).head<kColumns>() = W(row, 0) * jacobian.row(0);
-    r[row] = W(row, 0) * residual[0];
-    for (int k = 1; k <= row; ++k) {
-      J.row(row).head<kColumns>() += W(row, k) * jacobian.row(k);
-      r[row] += W(row, k) * residual[k];
-    }
-    if (kEven > kColumns) J(row, kEven - 1) = 0.0;
-  }
-  Eigen::Matrix<double, kEven, kEven, Eigen::RowMajor> JJ;
-  Eigen::Matrix<double, kEven, 1> Jr;
-  normalEquations<kEven>(J, r, &JJ, &Jr);
+double VisualInertialProblem::addInertialFactor(
+    int i, const Eigen::Matrix<double, 9, 1>& residual,
+    const Eigen::Matrix<double, 9, kRigInertialColumns>& jacobian, System* system) const {
+  // Lazy products: for these sizes Eigen would call its kernel for large matrices.
+  constexpr int kColumns = kRigInertialColumns;
+  const Eigen::Matrix<double, kColumns, 9> J =
+      jacobian.transpose().lazyProduct(whitening_[i].transpose());
+  const Eigen::Matrix<double, 9, 1> r = whitening_[i] * residual;
+  const Eigen::Matrix<double, kColumns, kColumns> JJ = J.lazyProduct(J.transpose());
+  const Eigen::Matrix<double, kColumns, 1> Jr = J * r;
   // Local columns in contiguous groups of the error vector.
   struct Group {
     int from, size, to;
@@ -454,13 +342,13 @@ double VisualInertialProblem::evaluateTrack(const Tracks<View>& tracks, std::siz
                                             Elimination<D>* elimination) {
   const Track& range = tracks.ranges[t];
   const double c2 = square(options_.cauchy_sigmas), sqrt_information = 1.0 / tracks.sigma;
-  LogSum cost;
+  double cost = 0.0;
   for (int a = range.begin; a < range.end; ++a) {
     ViewDerivatives<D> view;
     RowJacobian by_row;
     evaluateView(tracks.views[a], parameters, state, sqrt_information, &view, &by_row);
     const double excess = 1.0 + view.r.squaredNorm() / c2;
-    cost.add(excess);
+    cost += std::log(excess);
     const double weight = std::sqrt(1.0 / excess);
     elimination->J[a] = weight * view.J_pose.transpose();
     elimination->K[a] = weight * view.J_track;
@@ -468,7 +356,7 @@ double VisualInertialProblem::evaluateTrack(const Tracks<View>& tracks, std::siz
     if (by_row_) elimination->rows[a] = weight * by_row;
   }
   factorTrack(range, t, elimination);
-  return c2 * cost.value();
+  return c2 * cost;
 }
 
 // A track far from its own minimum takes a step to it first, at the poses as they are (Jeong et
@@ -517,27 +405,18 @@ void VisualInertialProblem::factorTrack(const Track& range, std::size_t t,
   for (int a = range.begin; a < range.end; ++a) {
     const Eigen::Matrix<double, 2, D>& J_track = elimination->K[a];
     const Eigen::Vector2d& r = track_residuals_[a - range.begin];
-    for (int j = 0; j < D; ++j) {
-      for (int i = j; i < D; ++i) {
-        information(i, j) += J_track(0, i) * J_track(0, j) + J_track(1, i) * J_track(1, j);
-      }
-      gradient[j] += J_track(0, j) * r[0] + J_track(1, j) * r[1];
-    }
+    information += J_track.transpose().lazyProduct(J_track);
+    gradient += J_track.transpose().lazyProduct(r);
   }
   information.diagonal().array() +=
       kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
   // The last parameter of a point is its inverse depth.
   if (D == 3 && pointsAtInfinity()) information(D - 1, D - 1) += kHold;
-  const MatrixD L_inverse = inverseOfFactor<D>(information);
+  const MatrixD L_inverse = information.llt().matrixL().solve(MatrixD::Identity());
   elimination->L_inverse[t] = L_inverse;
   elimination->y[t] = L_inverse.template triangularView<Eigen::Lower>() * gradient;
   for (int a = range.begin; a < range.end; ++a) {
-    Eigen::Matrix<double, 2, D>& K = elimination->K[a];
-    // In place from the right: column c needs those up to c.
-    for (int c = D - 1; c >= 0; --c) {
-      K.col(c) *= L_inverse(c, c);
-      for (int d = 0; d < c; ++d) K.col(c) += L_inverse(c, d) * K.col(d);
-    }
+    elimination->K[a] = elimination->K[a].lazyProduct(L_inverse.transpose()).eval();
   }
 }
 
@@ -556,10 +435,12 @@ void VisualInertialProblem::addToPoses(const Track& range, const std::vector<Vie
     for (int b = range.begin; b < a; ++b) {
       if (views[b].keyframe == 0) continue;
       const Eigen::Matrix2d S = -K * elimination.K[b].transpose();
-      addProduct(J, S, elimination.J[b], &blocks[views[b].keyframe]);
+      const Eigen::Matrix<double, 6, 2> left = J.lazyProduct(S);
+      blocks[views[b].keyframe] += left.lazyProduct(elimination.J[b].transpose());
     }
     const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
-    addProduct(J, S, J, &blocks[k_a]);
+    const Eigen::Matrix<double, 6, 2> left = J.lazyProduct(S);
+    blocks[k_a] += left.lazyProduct(J.transpose());
   }
 }
 

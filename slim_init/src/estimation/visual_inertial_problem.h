@@ -163,10 +163,9 @@ class VisualInertialProblem {
   std::vector<SpeedResidual> speedResiduals(const WindowState& state) const;
   double addSpeeds(const WindowState& state, System* system) const;
   double addInertial(const WindowState& state, System* system);
-  double addInertialFactor(
-      int i, const Eigen::Matrix<double, 9, 1>& residual,
-      const Eigen::Matrix<double, 9, kRigInertialColumns, Eigen::RowMajor>& jacobian,
-      System* system) const;
+  double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
+                           const Eigen::Matrix<double, 9, kRigInertialColumns>& jacobian,
+                           System* system) const;
   template <int D, typename View, typename Parameters>
   double addTracks(const Tracks<View>& tracks, const WindowState& state,
                    std::vector<Parameters>* parameters, Elimination<D>* elimination,
