@@ -40,6 +40,13 @@ def read(path):
         fail("%s cannot be read: %s" % (path, error.strerror))
 
 
+def read_config(path):
+    """The text of a configuration file, which names files beside it with their whole paths."""
+    folder = os.path.dirname(os.path.abspath(path))
+    return re.sub(r'(?m)^((?:mask|fisheye_mask|cam0_calib)[ \t]*:[ \t]*"?)([^"#\s]+)',
+                  lambda found: found.group(1) + os.path.join(folder, found.group(2)), read(path))
+
+
 def with_key(text, key, value):
     """The file with `key: value` at top level: in place of the line there, or at its end."""
     line = '%s: "%s"' % (key, value)
@@ -351,7 +358,7 @@ def run(bag, config, out, methods, rate, host, tracker):
     out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
     if host == "true":
-        text = read(config)
+        text = read_config(config)
         began = begin_of(bag)
         truth_file = bag + ".groundtruth.csv"
         truth = (table_of(truth_file, 4, "poses") if os.path.exists(truth_file)

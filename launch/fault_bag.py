@@ -452,7 +452,7 @@ def processor_time(parent, name):
 
 def run(bag, config, out, tracker, mode, *words):
     events = sorted((event_of(word) for word in words), key=lambda one: one["at"])
-    text = ab_bag.read(config)
+    text = ab_bag.read_config(config)
     imu_topic, image_topic = (ab_bag.topic_of(text, key) for key in ("imu_topic", "image_topic"))
     truth = os.path.abspath(bag + ".groundtruth.csv")
     read_truth(truth)

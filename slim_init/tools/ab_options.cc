@@ -167,7 +167,8 @@ void checkSource(const AbOptions& options) {
     if (!typed(o, option.name.c_str())) continue;
     // A seed is that of the rig's errors as well.
     if (option.name == "seed" && o.rig.any()) continue;
-    if (o.hasImages() && option.scope == OptionScope::kSimulatedFeatures) {
+    const bool of_builtin = option.name == "duration" && o.builtin.empty();
+    if (of_builtin || (o.hasImages() && option.scope == OptionScope::kSimulatedFeatures)) {
       check("--" + option.name + " has no effect with " + sources[0]);
     }
   }
@@ -269,7 +270,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "minus that of --readout: an undeclared rolling shutter",
        "readout_error_s", -0.1, 0.1, kRig},
       {"imu-rate", &o.rig.imu_rate_hz, "HZ",
-       "IMU at a lower rate, each sample the mean over its interval [Hz]", "imu_rate_hz", 10.0,
+       "IMU at a lower rate, each sample the mean over its interval [Hz]", "imu_rate_hz", 25.0,
        10000.0, kRig},
       {"imu-jitter", &o.rig.imu_jitter_s, "S",
        "Standard deviation of the IMU's stamps, cut off at 0.45 intervals [s]", "imu_jitter_s", 0.0,
@@ -336,8 +337,9 @@ void checkAbOptions(AbOptions* options) {
   simulation::parseWorldKind(o.world, &o.world_kind);
   mergeFile(options);
   if (o.first_keyframes > 0 && o.gates == "off") {
-    check("--gates off: no method would wait for its window to expand (--keyframes " +
-          o.keyframes_text + "); --keyframes 10 has windows of one size");
+    check((typed(o, "gates") ? "--gates" : fileOfOptions(o) + ": slim_init.gates.mode") +
+          " off: no method would wait for its window to expand (--keyframes " + o.keyframes_text +
+          "); --keyframes 10 has windows of one size");
   }
   o.rig.seed = o.seed;
   checkMethods(options);

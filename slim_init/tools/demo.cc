@@ -5,6 +5,7 @@
 
 #include "command_line.h"
 #include "exit_code.h"
+#include "load_sequence.h"
 #include "methods.h"
 #include "python_report.h"
 #include "subcommand.h"
@@ -44,9 +45,11 @@ Words sourceOf(const DemoCommand& command) {
           "12",        "--stride",      stride(10)};
 }
 
-/// `slim_init ab WORDS`.
-int compare(Words words, const DemoCommand& command, const std::string& out) {
+/// `slim_init ab` with these errors of the rig.
+int compare(const DemoCommand& command, const Words& errors, const std::string& out) {
+  Words words = sourceOf(command);
   words.insert(words.begin(), "ab");
+  words.insert(words.end(), errors.begin(), errors.end());
   words.insert(words.end(), {"--methods", demoMethods(), "--gates", "own", "--keyframes", "10",
                              "--report", "off", "--out", out});
   if (command.quiet) words.emplace_back("--quiet");
@@ -62,10 +65,13 @@ int runDemo(const DemoCommand& command) {
   const std::filesystem::path out(command.out);
   const std::string recorded = (out / "recorded").string();
   const std::string home_made = (out / "home_made").string();
-  Words words = sourceOf(command);
-  if (const int code = compare(words, command, recorded); code != kExitOk) return code;
-  words.insert(words.end(), kHomeMade.begin(), kHomeMade.end());
-  if (const int code = compare(words, command, home_made); code != kExitOk) return code;
+  if (!command.asl.empty() &&
+      openAsl(command.asl, WindowOptions().max_imu_gap_s)->truth().empty()) {
+    check("--asl: " + command.asl + " has no ground truth, with which the page compares");
+  }
+  // First the one that refuses a slow IMU.
+  if (const int code = compare(command, kHomeMade, home_made); code != kExitOk) return code;
+  if (const int code = compare(command, {}, recorded); code != kExitOk) return code;
   const ReportOutcome page = makeReport(command.out, {recorded, home_made});
   if (!page.message.empty()) std::cerr << "slim_init: demo: " << page.message << "\n";
   if (page.written) std::cout << "Page: " << (out / "report.html").string() << "\n";

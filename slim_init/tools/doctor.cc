@@ -40,7 +40,7 @@ int examineRecording(const DoctorCommand& command) {
   std::string error;
   if (!command.config_file.empty() &&
       !loadConfig(command.config_file, command.options_file, &config, &error)) {
-    check(error, "--config: ");
+    check(error);
   }
   const double max_imu_gap_s = config.options.window.max_imu_gap_s;
   const auto images = command.asl.empty()
@@ -49,6 +49,9 @@ int examineRecording(const DoctorCommand& command) {
   if (command.config_file.empty()) {
     configureFromData(command.asl, command.options_file, *images, &config);
   }
+  std::vector<std::string> notes = config.notes;
+  notes.insert(notes.end(), images->notes().begin(), images->notes().end());
+  for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
   // First: a minute of work should not end with a folder that is not there.
   if (!command.json.empty()) check(evaluation::checkWritable(command.json), "--json: ");
 

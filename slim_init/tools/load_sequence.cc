@@ -52,8 +52,9 @@ simulation::PinholeCamera cameraOf(const AbOptions& options) {
     const feature_tracker_lines::CameraParameters& from = options.config->camera;
     camera.width = from.width;
     camera.height = from.height;
-    camera.fx = from.fx;
-    camera.fy = from.fy;
+    // In the middle of its image a MEI camera has this focal length.
+    camera.fx = from.fx / (1.0 + from.xi);
+    camera.fy = from.fy / (1.0 + from.xi);
     camera.cx = from.cx;
     camera.cy = from.cy;
   }
@@ -190,6 +191,7 @@ void addTruth(std::vector<NavState> truth, bool has_bias, const std::string& sou
   sequence.has_truth = !truth.empty();
   if (!sequence.has_truth) {
     loaded->gyro_bias_truth = "none";
+    sequence.notes.push_back(source + ": without ground truth there are no errors to report");
     return;
   }
   loaded->gyro_bias_truth =

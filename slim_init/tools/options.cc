@@ -56,8 +56,10 @@ Subcommand optionsSubcommand() {
       {"update", &o.update, "DIR",
        "Write config/template.yaml, user.yaml and advanced.yaml of the repository DIR"},
   };
-  return {"options", "List the keys of configuration files", table,
-          [options](const Typed& /*typed*/) { return runOptions(*options); }};
+  return {"options", "List the keys of configuration files", table, [options](const Typed& typed) {
+            if (typed.options.size() > 1) check("--keys has no effect with --update");
+            return runOptions(*options);
+          }};
 }
 
 }  // namespace slim_init::tools

@@ -55,7 +55,7 @@ void readConfiguration(AbOptions* options) {
   if (o.config_file.empty()) {
     if (!loadOptions(o.options_file, &config, &error)) check(error, "--options: ");
   } else {
-    if (!loadConfig(o.config_file, o.options_file, &config, &error)) check(error, "--config: ");
+    if (!loadConfig(o.config_file, o.options_file, &config, &error)) check(error);
     o.config = std::make_shared<const Config>(config);
   }
   o.file_notes = notesFor(config, o.methods);

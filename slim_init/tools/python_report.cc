@@ -65,6 +65,7 @@ void setPythonPath(const fs::path& folder) {
   const char* before = std::getenv("PYTHONPATH");
   const std::string path = folder.string() + (before != nullptr ? std::string(":") + before : "");
   setenv("PYTHONPATH", path.c_str(), 1);
+  setenv("PYTHONSAFEPATH", "1", 1);  // a random.py of the current folder is not python's
 }
 
 /// The words that start the package with a python3 that has its modules; empty and a message where

@@ -119,9 +119,9 @@ void cutImages(const SimulateOptions& options, const Calibration& calibration, M
                              [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
               times.end());
   if (times.size() < 2) {
-    check(text("--start ", options.start_s, " leaves ", times.size(), " images of ", motion->name,
-               ", whose motion is ", last - (begin - options.start_s),
-               " s long; at least 2 are needed"));
+    check(text("--start ", options.start_s, ", --duration ", options.duration_s,
+               " and --rate leave ", times.size(), " images of ", motion->name, ", which span ",
+               last - (begin - options.start_s), " s; at least 2 are needed"));
   }
 }
 
@@ -334,9 +334,11 @@ void writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* wr
   simulation::SpeedSimulationOptions speed;
   speed.noise = options.speed;
   speed.seed = options.seed;
-  const SpeedSensor sensor = simulation::simulatedSpeedSensor(setup.calibration);
-  for (const SpeedSample& sample :
-       simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed)) {
+  SpeedSensor sensor = setup.calibration.speed_sensor;
+  if (!sensor.calibrated) sensor = simulation::simulatedSpeedSensor(setup.calibration);
+  auto speeds = simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed);
+  cut(setup.motion.imu.front().t, setup.motion.imu.back().t, &speeds);
+  for (const SpeedSample& sample : speeds) {
     const std::int64_t stamp = stampOf(setup.motion, sample.t);
     writers->each([&](auto* w) { return w->addSpeed(stamp, sample); });
   }

@@ -16,6 +16,7 @@
 
 #include "checks.h"
 #include "handheld.h"
+#include "slim_init/evaluation/statistics.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/world.h"
@@ -232,6 +233,15 @@ TEST_F(Doctor, FindsGravityTakenOffAndMisscaled) {
   DoctorData data = good();
   for (ImuSample& sample : data.imu) sample.accel *= 0.3;
   EXPECT_EQ(find(examined(data), "accel_unit").severity, Severity::kError);
+  // What is left of a flight may well have a norm of one.
+  data = good();
+  std::vector<double> norms;
+  for (ImuSample& sample : data.imu) {
+    sample.accel -= Handheld().at(sample.t).R_w_b.transpose() * Vector3d(0.0, 0.0, 9.81);
+    norms.push_back(sample.accel.norm());
+  }
+  for (ImuSample& sample : data.imu) sample.accel /= median(norms);
+  expectParts(find(examined(data), "accel_unit").advice, "Gravity has been removed");
   data = good();
   for (ImuSample& sample : data.imu) sample.accel *= 1.08;
   const DoctorReport report = examined(data);
@@ -285,6 +295,19 @@ TEST_F(Doctor, FindsAGapJitterAndDisorder) {
   report = examined(data);
   EXPECT_EQ(find(report, "imu_order").severity, Severity::kWarning);
   EXPECT_EQ(find(report, "image_order").severity, Severity::kError);
+  // The faults are those of a longer recording.
+  data.images_beyond_limit = 9950;
+  EXPECT_EQ(find(examined(data), "image_order").severity, Severity::kWarning);
+
+  // Nothing is lost in a pause.
+  data = good();
+  for (std::size_t k = data.imu.size() / 2; k < data.imu.size(); ++k) data.imu[k].t += 20.0;
+  for (std::size_t k = data.images.size() / 2; k < data.images.size(); ++k) {
+    data.images[k].t += 20.0;
+  }
+  report = examined(data);
+  EXPECT_EQ(find(report, "imu_lost").severity, Severity::kOk);
+  EXPECT_EQ(find(report, "images_lost").severity, Severity::kOk);
 }
 
 TEST_F(Doctor, FindsSlowAndLostImages) {
@@ -296,6 +319,8 @@ TEST_F(Doctor, FindsSlowAndLostImages) {
     data.images.erase(data.images.begin() + static_cast<std::ptrdiff_t>(k));
   }
   EXPECT_EQ(find(examined(data), "images_lost").severity, Severity::kWarning);
+  data.images.resize(1);
+  EXPECT_EQ(find(examined(data), "image_rate").severity, Severity::kNotChecked);
 }
 
 TEST_F(Doctor, FindsAGyroThatIsLeftHandedSilentOrOfAnotherRecording) {
@@ -462,7 +487,8 @@ TEST_F(Doctor, NoiseOfTheImuIsMeasured) {
   for (ImuSample& sample : data.imu) sample.accel += Vector3d{noise(random), noise(random), 0.0};
   const DoctorReport shaking = examined(data);
   EXPECT_EQ(find(shaking, "accel_noise").severity, Severity::kNote);
-  expectParts(find(shaking, "accel_noise").message, "vibrates");
+  expectParts(find(shaking, "accel_noise").message,
+              " times as much. It vibrates, or slim_init.noise.accel_density is too low");
   EXPECT_EQ(find(shaking, "gyro_noise").severity, Severity::kOk);
 
   data = good();
@@ -535,6 +561,8 @@ TEST_F(Doctor, WritesATableAndJson) {
   for (std::string line; std::getline(lines, line); ++count) {
     EXPECT_LE(line.size(), 100u) << line;
     EXPECT_EQ(line.find('\033'), std::string::npos);
+    const bool widest = contains(line, " gyro_noise ");  // the columns stay apart
+    EXPECT_EQ(line.find("0.000017 to 0.0017"), widest ? 63u : std::string::npos) << line;
   }
   EXPECT_GT(count, report.findings.size());
   EXPECT_NE(doctorText(report, true).find("\033[31m"), std::string::npos);

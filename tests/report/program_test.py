@@ -16,7 +16,6 @@ OURS = {"%s_%s" % (key, what): "%s.%s.%s" % (windows, column, what)
         for key, windows, column in (
             ("scale", "success", "scale_error"), ("velocity", "success", "velocity_rmse"),
             ("velocity_vec", "success", "velocity_vec_rmse"), ("pose", "success", "pose_rmse"),
-            ("gyro_bias_vec", "success", "gyro_bias_vec_err"),
             ("accepted_scale", "evaluated", "scale_error"), ("accept_s", "accepted", "answer_s"),
             ("right_s", "within_0_1", "answer_s"), ("downstream_ate", "downstream", "downstream_ate"),
             ("downstream_scale", "downstream", "downstream_scale_error"),
@@ -28,11 +27,11 @@ OURS.update({
     "accepted_beyond_0_25": "beyond_0_25", "accepted_within_0_1_rate": "within_0_1/accepted",
     "accepted_scale_error_max": "evaluated.scale_error.max",
     "accepted_scale_over_sigma": "evaluated.scale_error/scale_sigma.rmse",
-    "accepted_td_rmse_ms": "evaluated.td_error_ms.rmse",
-    "accepted_td_over_sigma": "evaluated.td_error_ms/td_sigma_ms.rmse",
-    "accepted_rotation_rmse_deg": "evaluated.rotation_error_deg.rmse",
-    "accepted_rotation_over_sigma": "evaluated.rotation_over_sigma.rmse",
-    "accepted_readout_rmse_ms": "evaluated.readout_error_ms.rmse",
+    "accepted_td_rmse_ms": "accepted.td_error_ms.rmse",
+    "accepted_td_over_sigma": "accepted.td_error_ms/td_sigma_ms.rmse",
+    "accepted_rotation_rmse_deg": "accepted.rotation_error_deg.rmse",
+    "accepted_rotation_over_sigma": "accepted.rotation_over_sigma.rmse",
+    "accepted_readout_rmse_ms": "accepted.readout_error_ms.rmse",
     "right_rate": "within_0_1/windows", "downstream_runs": "downstream",
     "downstream_diverged": "diverged", "downstream_divergence_rate": "diverged/downstream"})
 

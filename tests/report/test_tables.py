@@ -124,7 +124,8 @@ class SuiteTables(unittest.TestCase):
             rows.append(row(i, "drt-l", 1.0 + drt) if i % 3 == 0
                         else row(i, "drt-l", None, "too_few_tracks"))
         options = options or {"recorded": name, "world": "hall", "points": 100, "lines": 25}
-        return data.load_run(write_run(os.path.join(self.folder.name, name), rows, options=options))
+        return data.load_run(write_run(os.path.join(self.folder.name, name), rows, options=options,
+                                       dataset=name))
 
     def halls(self):
         return [self.run_of("MH_03", 0.03, 0.2), self.run_of("MH_04", 0.05, 0.1)]

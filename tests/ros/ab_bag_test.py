@@ -103,11 +103,14 @@ class AbBag(unittest.TestCase):
         for mode in ("stock", "slim"):
             self.write(mode + ".odometry", rows(1, 3))
         with open(CONFIG, encoding="utf-8") as file:
-            self.write("wheel.yaml", file.read() + 'speed_topic: "/wheel"\n')
+            self.write("wheel.yaml", file.read() + 'speed_topic: "/wheel"\nmask: "m.png"\n')
         run = self.run_script(config=os.path.join(self.folder.name, "wheel.yaml"))
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         played = [call.split("--topics ")[1] for call in self.calls() if "--topics" in call]
         self.assertEqual(played, ["/imu0 /cam0/image_raw", "/imu0 /cam0/image_raw /wheel"])
+        # A copy of the file finds what lies beside the file.
+        with open(os.path.join(self.out, "slim", "host.yaml"), encoding="utf-8") as file:
+            self.assertIn('mask: "%s"\n' % os.path.join(self.folder.name, "m.png"), file.read())
 
     def test_two_runs_against_the_truth(self):
         self.write("some.bag.groundtruth.csv", rows(0, 12))

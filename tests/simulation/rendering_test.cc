@@ -142,7 +142,6 @@ TEST_P(Rendering, EdgesAgreeToAFractionOfAPixel) {
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();
-  options.antialias_depth = 3;
   Scene scene = shiningScene();
   scene.solids.resize(2);
   scene.looks[0].glow = 0.0;

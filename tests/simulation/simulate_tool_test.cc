@@ -3,6 +3,7 @@
 // `slim_init simulate` as a user runs it. Without POV-Ray only what needs no picture is tested, and
 // the rest skipped with a line that says so.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -209,16 +210,33 @@ TEST(Simulate, PosesFromAFile) {
         << ",0,1.5,0,0.70710678,0,0.70710678\n";
   }
   folder.write("poses.csv", csv.str());
+  std::string rig = readFile(SLIM_INIT_SOURCE_DIR "/config/euroc.yaml");
+  rig.replace(rig.find("\ntd: 0.0"), 8, "\ntd: 0.03");
+  rig.replace(rig.find("9.81007"), 7, "9.79000");
+  folder.write("rig.yaml", rig +
+                               "\nspeed_rotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n"
+                               "   dt: d\n   data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+                               "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n"
+                               "   dt: d\n   data: [0, 0, 0]\n");
   const ProgramRun run =
       runLine(folder,
               "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "
-              "--out @seq");
+              "--config @rig.yaml --speed 0 --out @seq");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto sequence = opened(folder.file("seq"));
   EXPECT_EQ(sequence->images(), 5u);
   for (const ImuSample& sample : sequence->imu()) {
     EXPECT_LT(sample.gyro.norm(), 0.15);  // EuRoC's biases and noise
-    EXPECT_NEAR(sample.accel.norm(), 9.81007, 0.3);
+    EXPECT_NEAR(sample.accel.norm(), 9.79, 0.3);
+  }
+  // The folder has the rig.
+  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  EXPECT_EQ(sequence->calibration()->calibration.td, 0.03);
+  EXPECT_EQ(sequence->calibration()->calibration.gravity_magnitude, 9.79);
+  // The velocities are those of its sensor, whose x axis is the body's, up; at the images' time.
+  EXPECT_NEAR(static_cast<double>(sequence->speeds().size()), 21.0, 1.0);
+  for (const SpeedSample& sample : sequence->speeds()) {
+    EXPECT_LT(std::abs(sample.velocity.x()), 0.1);
   }
 }
 
@@ -235,6 +253,7 @@ TEST(Simulate, BadInputIsASentence) {
       {"--builtin circle --scene moon", "--scene is 'moon'|brick-room"},
       {"--builtin circle --image-scale 9", "--image-scale: '9'|[0.05, 4]"},
       {"--builtin circle --sceen room", "--sceen"},
+      {"--builtin circle --rate 2 --duration 0.3 --povray sh", "--duration 0.3 and --rate leave 1"},
       {"--builtin circle --povray no-such-renderer", "'no-such-renderer'|package povray"},
       {"--recorded @none --povray sh", "none is not a directory"},
       {"--builtin circle --config @none.yaml --povray sh", "--config: |none.yaml"},
@@ -259,6 +278,15 @@ TEST(Simulate, FailingRendererIsReportedWithItsLastLines) {
       runProgram(folder, smallSequence(folder.file("out"), {"--povray", folder.file("broken")}));
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "exit code 9 at frame 1 of 7|Fatal error in parser");
+
+  // One that draws does not outlive the program.
+  folder.write("broken", "#!/bin/sh\necho $$ > " + folder.file("pid") + "\nexec sleep 20\n");
+  auto arguments = smallSequence(folder.file("none"), {"--povray", folder.file("broken")});
+  arguments.insert(arguments.begin(), {"-s", "KILL", "2", SLIM_INIT_PROGRAM});
+  runProgram(folder, arguments, "timeout");
+  usleep(500000);
+  const int pid = std::stoi(readFile(folder.file("pid")));
+  EXPECT_EQ(readFile("/proc/" + std::to_string(pid) + "/cmdline"), "");
 }
 
 }  // namespace

@@ -116,7 +116,7 @@ TEST_F(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   const auto written = run("written", "@early.yaml");
   EXPECT_EQ(wrong["options"]["td_error_s"], 0.02);
   EXPECT_EQ(wrong["options"]["seed"], 4);
-  for (const char* key : {"scale_rmse", "velocity_rmse", "gyro_bias_vec_rmse"}) {
+  for (const char* key : {"scale_rmse", "velocity_rmse", "gyro_bias_err_pct"}) {
     const double value = written["methods"]["drt-l"]["all"][key];
     EXPECT_NEAR(wrong["methods"]["drt-l"]["all"][key].get<double>(), value, 1e-6 * value) << key;
   }
@@ -159,6 +159,10 @@ TEST_F(AbAsl, BadInputExitsWithTwoAndASentence) {
     EXPECT_TRUE(contains(run.err, part)) << part << " in: " << run.err;
     EXPECT_FALSE(fs::exists(folder.file("out")));
   };
+  fs::remove_all(folder.file("wall/mav0/state_groundtruth_estimate0"));
+  const ProgramRun demo = runLine(folder, "demo --asl @wall --out @out");
+  EXPECT_EQ(demo.exit_code, 2);
+  expectParts(demo.err, "wall has no ground truth");
   fs::remove(folder.file("wall/mav0/cam0/sensor.yaml"));
   refused("no calibration that can be used");
   folder.write("wall/mav0/imu0/data.csv", "1,2,3\n");
@@ -188,7 +192,9 @@ TEST_F(AbBag, GivesTheSameWindowsAsTheFolderBitForBit) {
   // The truth may be absent.
   fs::remove(evaluation::groundtruthFileOf(folder.file("wall.bag")));
   ran("--bag @wall.bag --config @config.yaml", "none");
-  EXPECT_EQ(summaryOf(folder.file("none"))["has_truth"], false);
+  const auto none = summaryOf(folder.file("none"));
+  EXPECT_EQ(none["has_truth"], false);
+  expectParts(none["notes"].dump(), "without ground truth there are no errors");
 }
 
 TEST_F(AbBag, BadBagsExitWithTwoAndASentence) {

@@ -49,17 +49,16 @@ std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& 
 Counts countRests(const Moving& moving, double duration_s, unsigned seed) {
   Calibration calibration = eurocCalibration();
   const bool straight = moving.motion == "straight";
-  std::unique_ptr<Trajectory> trajectory =
-      makeBuiltinTrajectory(straight ? "hover" : moving.motion, duration_s, calibration.R_b_c, seed,
-                            nullptr, moving.speed);
-  if (straight) {  // at a constant velocity, without anything for the IMU to feel
-    Kinematics start;
-    start.R_w_b = trajectory->at(0.0).R_w_b;
-    start.p_w_b = trajectory->at(0.0).p_w_b;
-    start.v_w_b = moving.speed * Eigen::Vector3d::UnitX();
-    trajectory = std::make_unique<MadeTrajectory>(0.0, duration_s, [start](double t) {
-      Kinematics out = start;
-      out.p_w_b += t * out.v_w_b;
+  std::unique_ptr<Trajectory> trajectory = makeBuiltinTrajectory(
+      straight ? "hover" : moving.motion, duration_s, calibration.R_b_c, seed);
+  if (moving.speed > 0.0) {  // in place of the motion's own; straight: nothing for the IMU to feel
+    const std::shared_ptr<const Trajectory> own = std::move(trajectory);
+    const Eigen::Vector3d v = (moving.speed - (straight ? 0.0 : 0.5)) * Eigen::Vector3d::UnitX();
+    trajectory = std::make_unique<MadeTrajectory>(0.0, duration_s, [own, straight, v](double t) {
+      Kinematics out = own->at(straight ? 0.0 : t);
+      if (straight) out.v_w_b = out.a_w_b = out.omega_b = Eigen::Vector3d::Zero();
+      out.p_w_b += t * v;
+      out.v_w_b += v;
       return out;
     });
   }

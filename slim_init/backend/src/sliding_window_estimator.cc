@@ -86,7 +86,6 @@ class Estimator : public SlidingWindowEstimator {
   void addImu(const ImuSample& sample) override {
     if (!std::isfinite(sample.t) || !sample.gyro.allFinite() || !sample.accel.allFinite() ||
         (!imu_.empty() && sample.t <= imu_.back().t)) {
-      ++dropped_imu_;
       return;
     }
     imu_.push_back(sample);
@@ -105,10 +104,7 @@ class Estimator : public SlidingWindowEstimator {
   FrameReport addFrame(const FrameObservation& observation) override {
     FrameReport report;
     report.problem = checkFrame(observation);
-    if (!report.ok()) {
-      ++dropped_frames_;
-      return report;
-    }
+    if (!report.ok()) return report;
     appendFrame(observation, &report);
     report.keyframe = keyframeBeforeNewest(report.tracked);
     if (seeded_) {
@@ -141,8 +137,6 @@ class Estimator : public SlidingWindowEstimator {
   }
 
   bool seeded() const override { return seeded_; }
-  std::int64_t droppedImu() const override { return dropped_imu_; }
-  std::int64_t droppedFrames() const override { return dropped_frames_; }
 
   std::vector<double> stamps() const override {
     std::vector<double> stamps;
@@ -530,8 +524,6 @@ class Estimator : public SlidingWindowEstimator {
   std::optional<NavState> anchor_;  ///< of the oldest frame, from a seed until it is marginalised
   FrameId next_id_ = 0;
   bool seeded_ = false;
-  std::int64_t dropped_imu_ = 0;
-  std::int64_t dropped_frames_ = 0;
 };
 
 }  // namespace

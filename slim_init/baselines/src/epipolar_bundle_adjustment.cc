@@ -47,21 +47,22 @@ struct Baseline {
   }
   bool valid() const { return length > kShortestBaseline; }
 
+  // Coplanarity of a point's rays in keyframes i and j with the baseline, without depth, and its
+  // derivatives by [theta_i, p_i, theta_j, p_j].
+  //   r = (R_j f_j) . (C x R_i f_i),  C = (c_i - c_j) / |c_i - c_j|,  c = p + R t_b_c,
   double residual(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j,
                   Eigen::Matrix<double, 1, 12>* J) const {
     const Eigen::Vector3d B = R_i * f_i;
     const Eigen::Vector3d A = R_j * f_j;
     const Eigen::Vector3d m = B.cross(A);
     const double r = C.dot(m);
-    if (J != nullptr) {
-      // d r / d t, with which both centres move.
-      const Eigen::Vector3d n = (m - r * C) / length;
-      const Eigen::Vector3d n_i = R_i.transpose() * n, n_j = R_j.transpose() * n;
-      J->segment<3>(0) = f_i.cross(R_i.transpose() * A.cross(C)) + t_b_c.cross(n_i);
-      J->segment<3>(3) = n;
-      J->segment<3>(6) = f_j.cross(R_j.transpose() * C.cross(B)) - t_b_c.cross(n_j);
-      J->segment<3>(9) = -n;
-    }
+    // d r / d t, with which both centres move.
+    const Eigen::Vector3d n = (m - r * C) / length;
+    const Eigen::Vector3d n_i = R_i.transpose() * n, n_j = R_j.transpose() * n;
+    J->segment<3>(0) = f_i.cross(R_i.transpose() * A.cross(C)) + t_b_c.cross(n_i);
+    J->segment<3>(3) = n;
+    J->segment<3>(6) = f_j.cross(R_j.transpose() * C.cross(B)) - t_b_c.cross(n_j);
+    J->segment<3>(9) = -n;
     return r;
   }
 
@@ -173,15 +174,6 @@ class EpipolarProblem {
 };
 
 }  // namespace
-
-bool epipolarResidual(const WindowState& state, int i, int j, const Eigen::Vector3d& f_i,
-                      const Eigen::Vector3d& f_j, const Eigen::Vector3d& t_b_c, double* r,
-                      Eigen::Matrix<double, 1, 12>* J) {
-  const Baseline baseline(state, i, j, t_b_c);
-  if (!baseline.valid()) return false;
-  *r = baseline.residual(f_i, f_j, J);
-  return true;
-}
 
 EpipolarAdjustment adjustEpipolar(const InitWindow& window, const std::vector<Preintegration>& pre,
                                   const DrtViBaOptions& options, WindowState* state) {

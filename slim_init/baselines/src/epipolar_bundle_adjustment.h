@@ -28,14 +28,6 @@ struct EpipolarAdjustment {
   Eigen::MatrixXd information;
 };
 
-/// Coplanarity of a point's rays in keyframes i and j with the baseline, and its derivatives by
-/// [theta_i, p_i, theta_j, p_j].
-///   r = (R_j f_j) . (C x R_i f_i),  C = (c_i - c_j) / |c_i - c_j|,  c = p + R t_b_c,
-/// f the bearings in b. Scale-free, hence without depth. False where both centres coincide.
-bool epipolarResidual(const WindowState& state, int i, int j, const Eigen::Vector3d& f_i,
-                      const Eigen::Vector3d& f_j, const Eigen::Vector3d& t_b_c, double* r,
-                      Eigen::Matrix<double, 1, 12>* J);
-
 /// Minimises from `state`, over keyframe states, both biases and the direction of gravity,
 ///   sum over consecutive keyframes |IMU residual|^2
 ///   + sum over tracks and every pair of their keyframes rho(r^2 / sigma^2) + |b_a|^2 / sigma_ba^2,

@@ -75,21 +75,21 @@ class Objective {
     }
     vp_active_.resize(pairs_.size(), false);
     if (problem.vanishing_points != nullptr) {
+      int vp_pairs = 0;
       const std::vector<VanishingPoint>& vps = *problem.vanishing_points;
       for (std::size_t i = 0; i < pairs_.size(); ++i) {
         vp_active_[i] = isReliablePair(vps[i], vps[i + 1],
                                        {consistencyOf(vps[i], window.linesOfKeyframe(i)),
                                         consistencyOf(vps[i + 1], window.linesOfKeyframe(i + 1))},
                                        problem.vp_options);
-        vp_pairs_ += vp_active_[i] ? 1 : 0;
+        vp_pairs += vp_active_[i] ? 1 : 0;
       }
       // lambda_vp of eq. (1): point to VP residual count ratio within the window.
-      if (vp_pairs_ > 0) lambda_vp_ = problem.vp_options.vp_weight * points / vp_pairs_;
+      if (vp_pairs > 0) lambda_vp_ = problem.vp_options.vp_weight * points / vp_pairs;
     }
   }
 
   int pointPairs() const { return point_pairs_; }
-  int vpPairs() const { return vp_pairs_; }
 
   // Cost and derivatives, with the rotations at first order around the preintegrations `pre`.
   Quadratic evaluate(const std::vector<Preintegration>& pre,
@@ -155,7 +155,6 @@ class Objective {
   std::vector<bool> vp_active_;      // indicator of IV-B-2
   double lambda_vp_ = 0.0;
   int point_pairs_ = 0;
-  int vp_pairs_ = 0;
 };
 
 }  // namespace
@@ -199,7 +198,6 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
   GyroBiasEstimate estimate;
   estimate.gyro_bias = initial_bias;
   estimate.point_pairs = objective.pointPairs();
-  estimate.vp_pairs = objective.vpPairs();
   if (estimate.point_pairs == 0) return estimate;
 
   for (int round = 0; round < options.max_relinearizations; ++round) {

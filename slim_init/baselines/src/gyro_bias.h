@@ -41,7 +41,6 @@ struct GyroBiasEstimate {
   double cost = 0.0;
   int iterations = 0;   ///< accepted Levenberg-Marquardt steps, over all re-linearisations
   int point_pairs = 0;  ///< keyframe pairs with enough common points
-  int vp_pairs = 0;     ///< keyframe pairs with an active VP residual
 };
 
 /// VP residual of eq. (4), r = d_j x (R_cj_ci d_i) with the sign of d_i such that both point the

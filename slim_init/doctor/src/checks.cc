@@ -31,7 +31,8 @@ Finding atMost(const char* check, double value, const DoctorOptions::Bound& boun
 
 Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bound,
                 const char* unit, double factor) {
-  const Severity below = value >= bound.fail ? Severity::kWarning : Severity::kError;  // NaN: error
+  const Severity known = value >= bound.fail ? Severity::kWarning : Severity::kError;
+  const Severity below = std::isnan(value) ? Severity::kNotChecked : known;
   return {check,          value >= bound.warn ? Severity::kOk : below,
           factor * value, factor * bound.warn,
           kNotComputed,   unit};
@@ -53,7 +54,8 @@ std::string number(double value, int digits) {
   std::snprintf(text, sizeof(text), "%.*g", digits, value);
   // Messages are easier to read without exponents.
   if (std::string(text).find('e') != std::string::npos) {
-    std::snprintf(text, sizeof(text), std::abs(value) < 1.0 ? "%.1g" : "%.0f", value);
+    const double order = std::floor(std::log10(std::abs(value)));
+    std::snprintf(text, sizeof(text), "%.*f", std::max(0, 1 - static_cast<int>(order)), value);
   }
   return text;
 }

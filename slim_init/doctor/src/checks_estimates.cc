@@ -45,7 +45,8 @@ void checkDensity(const char* check, const char* sensor, const char* unit, const
                    number(data_sheet), "); with the motion slim assumes ", number(assumed));
   if (measured > f.max) {
     f.severity = Severity::kNote;
-    f.message += ". It vibrates";
+    f.message += text(": ", number(measured / data_sheet, 2),
+                      " times as much. It vibrates, or slim_init.noise.", key, " is too low");
     f.advice =
         "slim measures this and accounts for it. A softer mount of the IMU makes initialization "
         "earlier; the IMU's low-pass filter has to be below half of its rate.";

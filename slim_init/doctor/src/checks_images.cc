@@ -71,9 +71,7 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
       "incorrect image size hides most of the image.");
 
   const double share = median(survival);
-  Finding surviving = atLeast("point_survival", share, options.survival, "%", 100.0);
-  if (survival.empty()) surviving.severity = Severity::kNotChecked;
-  add(findings, surviving,
+  add(findings, atLeast("point_survival", share, options.survival, "%", 100.0),
       survival.empty() ? "Survival of points not checked: there are none"
                        : percent(share) + " of the points are found in the next image (median)",
       survival.empty() ? ""

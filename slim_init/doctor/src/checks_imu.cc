@@ -18,12 +18,9 @@ double medianAccelNorm(const std::vector<ImuSample>& imu) {
   return median(norms);
 }
 
-/// Whether accelerations are in g: their norm is then about one.
-bool isInG(double accel_norm) { return accel_norm > 0.8 && accel_norm < 1.25; }
-
-/// Factor from the unit of the samples to m/s^2.
-double accelFactor(const std::vector<ImuSample>& imu) {
-  return isInG(medianAccelNorm(imu)) ? kStandardGravity : 1.0;
+/// Factor from the unit of the samples, in which gravity is `gravity`, to m/s^2.
+double accelFactor(double gravity) {
+  return gravity > 0.8 && gravity < 1.25 ? kStandardGravity : 1.0;
 }
 
 /// Norm of the mean specific force over windows of 5 s, rotated by the gyro into the body frame at
@@ -92,19 +89,25 @@ bool isSolved(const RotationAlignment& alignment, const DoctorOptions& options) 
          alignment.correlation >= options.min_correlation;
 }
 
+/// In the unit of the samples. The median norm, a substitute, is the motion's if gravity is
+/// removed.
+double measuredGravity(const DoctorData& data, const RotationAlignment& alignment,
+                       const DoctorOptions& options) {
+  const bool turned = isSolved(alignment, options);
+  if (turned || alignment.status == AlignmentStatus::kTooLittleTurn) {
+    const double over_windows = turnedGravity(data.imu, turned ? alignment.gyro_scale : 1.0,
+                                              turned ? alignment.gyro_bias : alignment.gyro_mean);
+    if (std::isfinite(over_windows)) return over_windows;
+  }
+  return medianAccelNorm(data.imu);
+}
+
 void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
                   const DoctorOptions& options, Findings* findings) {
   const double g = data.calibration.gravity_magnitude;
   const double norm = medianAccelNorm(data.imu);
-  const double factor = accelFactor(data.imu);
-  const bool turned = isSolved(alignment, options);
-  double measured = factor * norm;
-  if (turned || alignment.status == AlignmentStatus::kTooLittleTurn) {
-    const double over_windows =
-        factor * turnedGravity(data.imu, turned ? alignment.gyro_scale : 1.0,
-                               turned ? alignment.gyro_bias : alignment.gyro_mean);
-    if (std::isfinite(over_windows)) measured = over_windows;
-  }
+  const double in_data = measuredGravity(data, alignment, options);
+  const double factor = accelFactor(in_data), measured = factor * in_data;
 
   Finding& u = add(findings,
                    {"accel_unit", Severity::kOk, norm, g * (1.0 - options.gravity.fail),
@@ -115,7 +118,7 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
     u.message += how;
     u.advice = advice;
   };
-  if (isInG(norm)) {
+  if (factor != 1.0) {
     isWrong(": that is gravity in g, not in m/s^2", "Multiply linear_acceleration by " +
                                                         number(kStandardGravity, 6) +
                                                         " in the driver or its settings.");
@@ -193,8 +196,8 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
         text("The ", what, " scatters by ", number(scatter), ' ', unit, " over ", window,
              " (median)"));
   };
-  const double accel =
-      accelFactor(data.imu) * scatterOverWindows(data.imu, &ImuSample::accel, options.window_s);
+  const double accel = accelFactor(measuredGravity(data, alignment, options)) *
+                       scatterOverWindows(data.imu, &ImuSample::accel, options.window_s);
   const double turn =
       scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
       (std::isfinite(alignment.gyro_scale) && alignment.gyro_scale > 10.0 ? alignment.gyro_scale

@@ -9,6 +9,9 @@
 namespace slim_init::evaluation {
 namespace {
 
+/// A longer step is a pause of the recording; no message was lost in it [s].
+constexpr double kPause = 1.0;
+
 /// Steps of a stream that should be regular.
 struct Steps {
   double period = kNotComputed;  ///< median [s]
@@ -31,9 +34,11 @@ Steps stepsOf(const std::vector<double>& times) {
   }
   steps.period = median(sizes);
   if (!(steps.period > 0.0)) return steps;
-  double missing = 0.0;
+  double missing = 0.0, slots = 1.0;
   std::vector<double> scatter;
   for (const double size : sizes) {
+    slots += size > kPause ? 1.0 : size / steps.period;
+    if (size > kPause) continue;
     // A step that is too long stands for the messages that would have fitted into it.
     const double held = std::round(size / steps.period);
     missing += std::max(held - 1.0, 0.0);
@@ -41,7 +46,6 @@ Steps stepsOf(const std::vector<double>& times) {
   }
   // Jitter that lengthens one step shortens the next: no more is missing than fits into the whole
   // time.
-  const double slots = (times.back() - times.front()) / steps.period + 1.0;
   const double present = static_cast<double>(times.size());
   missing = std::max(std::min(missing, slots - present), 0.0);
   steps.lost = missing / (present + missing);
@@ -67,18 +71,23 @@ std::string orderText(std::size_t kept, const char* what, const Disorder& disord
               disorder.out_of_order, " are out of order, ", disorder.unreadable, " cannot be read");
 }
 
+std::string rateText(const char* stream, double rate) {
+  const std::string known = number(rate) + " Hz";
+  return text("The ", stream, " rate is ", std::isnan(rate) ? "not known: one stamp" : known);
+}
+
 }  // namespace
 
 void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
-  add(findings, orderOf("imu_order", data.imu.size(), data.imu_disorder, options),
-      orderText(data.imu.size(), "IMU samples", data.imu_disorder),
+  const std::size_t in_order = data.imu.size() + data.imu_beyond_limit;
+  add(findings, orderOf("imu_order", in_order, data.imu_disorder, options),
+      orderText(in_order, "IMU samples", data.imu_disorder),
       "Publish every sample once and in order, from one thread, with the time it was taken.");
   std::vector<double> times;
   for (const ImuSample& sample : data.imu) times.push_back(sample.t);
   const Steps steps = stepsOf(times);
   const double rate = 1.0 / steps.period;
-  add(findings, atLeast("imu_rate", rate, options.imu_rate, "Hz"),
-      "The IMU rate is " + number(rate) + " Hz",
+  add(findings, atLeast("imu_rate", rate, options.imu_rate, "Hz"), rateText("IMU", rate),
       "Set the driver to 100 Hz or more, better 200 Hz, and check that the topic is the raw one "
       "and "
       "not a throttled copy.");
@@ -104,7 +113,7 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
 
 void checkImageStream(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
   Disorder disorder = data.image_disorder;
-  std::size_t readable = 0;
+  std::size_t readable = data.images_beyond_limit;
   std::vector<double> times;
   for (const ImageFacts& image : data.images) {
     times.push_back(image.t);
@@ -119,8 +128,7 @@ void checkImageStream(const DoctorData& data, const DoctorOptions& options, Find
       "Publish every image once and in order, with the time of the middle of its exposure.");
   const Steps steps = stepsOf(times);
   const double rate = 1.0 / steps.period;
-  add(findings, atLeast("image_rate", rate, options.image_rate, "Hz"),
-      "The image rate is " + number(rate) + " Hz",
+  add(findings, atLeast("image_rate", rate, options.image_rate, "Hz"), rateText("image", rate),
       "Set the camera to 20 Hz or more; tracks are lost between images that are further apart.");
   add(findings, atMost("images_lost", steps.lost, options.images_lost, "%", 100.0),
       percent(steps.lost) + " of the images are missing, the longest step is " +

@@ -146,6 +146,8 @@ DoctorData readDoctorData(ImageSequence* images,
 
   InspectedSequence inspected(images, limit, cv::Size(camera.width, camera.height));
   data.imu = inspected.imu();
+  data.imu_beyond_limit = images->imu().size() - data.imu.size();
+  data.images_beyond_limit = images->images() - inspected.images();
   feature_tracker_lines::FrontEndOptions options = front_end;
   options.use_gyro = false;
   TrackingSummary summary;

@@ -83,7 +83,7 @@ std::string doctorText(const DoctorReport& report, bool color) {
                      ", " + countText(report, Severity::kWarning, "warning", "warnings") + ", " +
                      countText(report, Severity::kNotChecked, "check", "checks") +
                      " not possible\n";
-  constexpr std::size_t kLabel = 13, kCheck = 20, kValue = 18;
+  constexpr std::size_t kLabel = 13, kCheck = 23, kValue = 25;
   for (const Finding& f : report.findings) {
     const Style style = styleOf(f.severity);
     const std::string label = padded(style.label, kLabel);

@@ -311,16 +311,17 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
 }
 
 /// Keeps the record of a window that can be judged for every method, so that all methods are
-/// compared on the same windows.
-void takeRecord(WindowRecord record, ProtocolResult* result) {
+/// compared on the same windows. False for another one.
+bool takeRecord(WindowRecord record, ProtocolResult* result) {
   const bool judged = std::none_of(record.methods.begin(), record.methods.end(),
                                    [](const MethodRecord& m) { return m.without_truth; });
   if (!judged) {
     ++result->counts.not_evaluable;
-    return;
+    return false;
   }
   ++result->counts.windows;
   result->windows.push_back(std::move(record));
+  return true;
 }
 
 }  // namespace
@@ -374,7 +375,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
-  int windows_cut = 0;
+  int windows_cut = 0;  // but those that cannot be judged
   // Windows that are being solved, oldest first, with what is left to do for each. Last, so that it
   // ends before what it refers to. If the system gives no thread, get() solves.
   std::deque<std::pair<std::future<void>, std::function<void()>>> running;
@@ -387,7 +388,8 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   };
 
   for (int index = 0; index < trials; ++index) {
-    if (options.max_windows > 0 && windows_cut >= options.max_windows) break;
+    while (windows_cut >= expected && !running.empty()) finishOldest();
+    if (windows_cut >= expected) break;
     const auto trial = std::make_shared<Trial>();
     trial->record.trial = index;
     trial->calibration = options.rig.random
@@ -407,7 +409,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
       }
     };
     const auto finish = [&, index, is_window, trial] {
-      if (is_window) takeRecord(std::move(trial->record), result);
+      if (is_window && !takeRecord(std::move(trial->record), result)) --windows_cut;
       if (progress) progress(std::min(index + 1, expected), expected);
     };
     if (running.size() >= static_cast<std::size_t>(options.threads)) finishOldest();

@@ -21,7 +21,6 @@ double velocity(const Record& r) { return r.metrics.velocity_rmse; }
 double velocityVector(const Record& r) { return r.metrics.velocity_vec_rmse; }
 double pose(const Record& r) { return r.metrics.pose_rmse; }
 double biasPercent(const Record& r) { return r.metrics.gyro_bias_err_pct; }
-double biasVector(const Record& r) { return r.metrics.gyro_bias_vec_err; }
 double scaleOverSigma(const Record& r) { return r.metrics.scale_error / r.scale_sigma; }
 double tdMs(const Record& r) { return 1e3 * r.calibration.td_s; }
 double tdOverSigma(const Record& r) { return r.calibration.tdOverSigma(); }
@@ -102,7 +101,6 @@ constexpr Definition kDefinitions[] = {
     figure("velocity_vec_rmse", successful, velocityVector, rms),
     figure("pose_rmse", successful, pose, rms),
     figure("gyro_bias_err_pct", successful, biasPercent, rms),
-    figure("gyro_bias_vec_rmse", successful, biasVector, rms),
     count("accepted", accepted),
     count("accepted_beyond_0_25", beyond25),
     fraction("accepted_within_0_1_rate", within10, accepted, true),
@@ -110,11 +108,11 @@ constexpr Definition kDefinitions[] = {
     fraction("accepted_rate", accepted, any),
     figure("accepted_scale_rmse", evaluated, scaleError, rms),
     figure("accepted_scale_over_sigma", evaluated, scaleOverSigma, rms),
-    figure("accepted_td_rmse_ms", evaluated, tdMs, rms),
-    figure("accepted_td_over_sigma", evaluated, tdOverSigma, rms),
-    figure("accepted_rotation_rmse_deg", evaluated, rotation, rms),
-    figure("accepted_rotation_over_sigma", evaluated, rotationOverSigma, rms),
-    figure("accepted_readout_rmse_ms", evaluated, readoutMs, rms),
+    figure("accepted_td_rmse_ms", accepted, tdMs, rms),
+    figure("accepted_td_over_sigma", accepted, tdOverSigma, rms),
+    figure("accepted_rotation_rmse_deg", accepted, rotation, rms),
+    figure("accepted_rotation_over_sigma", accepted, rotationOverSigma, rms),
+    figure("accepted_readout_rmse_ms", accepted, readoutMs, rms),
     figure("accept_s_median", accepted, seconds, middle),
     figure("accept_s_p90", accepted, seconds, p90),
     fraction("right_rate", within10, any, true),

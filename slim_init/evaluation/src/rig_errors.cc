@@ -16,8 +16,8 @@ namespace {
 constexpr double kDegToRad = 0.017453292519943295;
 // Part of a sample interval by which a stamp may be off: less than half, so that order stays.
 constexpr double kMaxJitterIntervals = 0.45;
-// The rate of a recording is measured; one asked for may be above it by rounding.
-constexpr double kRateRounding = 1.001;
+// IMUs run a little slow: the rate asked for may be above that of the data by so much.
+constexpr double kRateTolerance = 1.05;
 
 /// What a draw is for: streams are independent of each other.
 enum class Stream : std::uint64_t { kTrial = 1, kJitter = 2, kDropout = 3 };
@@ -66,7 +66,8 @@ class ImuSignal {
   ImuSignal(const std::vector<ImuSample>& imu, double max_step) : imu_(imu), max_step_(max_step) {}
 
   /// The mean over [t - half, t + half], as a sensor with such an averaging filter gives it at t;
-  /// its value at t for half = 0. False where the signal is not known. Calls with ascending t.
+  /// its value at t for half = 0. False and the end of a gap where it is not known. Calls with
+  /// ascending t.
   bool mean(double t, double half, ImuSample* sample) {
     while (first_ + 1 < imu_.size() && imu_[first_].t <= t - half) ++first_;
     if (first_ == 0) ++first_;
@@ -74,6 +75,7 @@ class ImuSignal {
     double covered = 0.0;  // [s]; of the interval, up to rounding
     for (std::size_t after = first_; after < imu_.size(); ++after) {
       const ImuSample &from = imu_[after - 1], &to = imu_[after];
+      sample->t = to.t;
       if (to.t - from.t > max_step_) return false;
       if (half == 0.0) {
         add(from, to, t, 1.0, sample);
@@ -117,7 +119,9 @@ std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double inter
     const double half =
         averages ? std::min({0.5 * interval, t - imu.front().t, imu.back().t - t}) : 0.0;
     ImuSample sample;
-    if (signal.mean(t, std::max(0.0, half), &sample)) samples.push_back(sample);
+    const bool known = signal.mean(t, std::max(0.0, half), &sample);
+    if (known) samples.push_back(sample);
+    if (!known) k = std::max(k, static_cast<std::int64_t>((sample.t - imu[0].t) / interval) - 1);
   }
   return samples;
 }
@@ -150,12 +154,12 @@ std::string RigErrors::validate() const {
     double value, min, max;
   };
   // A rotation or an offset beyond would be another rig, not an error of this one. A rate of zero
-  // is the recorded one.
-  const double rate_hz = imu_rate_hz != 0.0 ? imu_rate_hz : 10.0;
+  // is the recorded one; the steps of one below 20 Hz are gaps (WindowOptions::max_imu_gap_s).
+  const double rate_hz = imu_rate_hz != 0.0 ? imu_rate_hz : 25.0;
   for (const auto& [name, value, min, max] :
        {Bounds{"td_s", td_s, -0.5, 0.5}, Bounds{"extrinsic_deg", extrinsic_deg, 0.0, 180.0},
         Bounds{"readout_s", readout_s, -0.1, 0.1}, Bounds{"imu_jitter_s", imu_jitter_s, 0.0, 0.05},
-        Bounds{"imu_dropout", imu_dropout, 0.0, 0.9}, Bounds{"imu_rate_hz", rate_hz, 10.0, 1e4}}) {
+        Bounds{"imu_dropout", imu_dropout, 0.0, 0.9}, Bounds{"imu_rate_hz", rate_hz, 25.0, 1e4}}) {
     if (value >= min && value <= max) continue;
     return text(name, " is ", value, ", must be in [", min, ", ", max, "]");
   }
@@ -182,13 +186,13 @@ std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
   if (!errors.disturbsImu() || imu->size() < 2) return "";
   double interval = medianInterval(*imu);
   if (errors.imu_rate_hz > 0.0) {
-    if (errors.imu_rate_hz * interval > kRateRounding) {
-      return text("imu_rate_hz is ", errors.imu_rate_hz, ", must be at most ", 1.0 / interval,
+    if (errors.imu_rate_hz * interval > kRateTolerance) {
+      return text("--imu-rate is ", errors.imu_rate_hz, ", must be at most ", 1.0 / interval,
                   ", the rate of the IMU data");
     }
     const double step = 1.0 / errors.imu_rate_hz;
     // A sample or two may be missing in a recording; a longer step is a gap and stays one.
-    *imu = resampled(*imu, step, step > kRateRounding * interval, std::max(3.0 * interval, step));
+    *imu = resampled(*imu, step, step > kRateTolerance * interval, std::max(3.0 * interval, step));
     interval = step;
   }
   Draws jitter(errors.seed, Stream::kJitter, 0), dropout(errors.seed, Stream::kDropout, 0);

@@ -9,13 +9,6 @@
 
 namespace slim_init::evaluation {
 
-double mean(const std::vector<double>& values) {
-  if (values.empty()) return kNotComputed;
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
 double rootMeanSquare(const std::vector<double>& values) {
   if (values.empty()) return kNotComputed;
   double sum = 0.0;

@@ -215,7 +215,7 @@ const std::vector<std::string>& builtinTrajectoryNames() {
 
 std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, double duration_s,
                                                   const Eigen::Matrix3d& R_b_c, unsigned seed,
-                                                  std::string* error, double speed) {
+                                                  std::string* error) {
   const auto* builtin = std::find_if(std::begin(kBuiltins), std::end(kBuiltins),
                                      [&](const Builtin& b) { return name == b.name; });
   if (builtin == std::end(kBuiltins)) {
@@ -230,9 +230,8 @@ std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, doubl
       -1, 0, 0,      //
       0, -1, 0;
   const Eigen::Matrix3d R_c_b = Eigen::Quaterniond(R_b_c).normalized().conjugate().matrix();
-  Motion motion = builtin->make(Phases(seed, name));
-  if (speed > 0.0 && builtin->make == constantVelocity) motion.x.rate = speed;
-  return std::make_unique<AnalyticTrajectory>(std::move(motion), R_h_c * R_c_b, duration_s);
+  return std::make_unique<AnalyticTrajectory>(builtin->make(Phases(seed, name)), R_h_c * R_c_b,
+                                              duration_s);
 }
 
 }  // namespace slim_init::simulation

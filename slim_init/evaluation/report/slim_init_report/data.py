@@ -12,8 +12,8 @@ TEXT_COLUMNS = ("dataset", "method", "status", "gates", "message", "not_evaluate
                 "downstream_message", "warnings", "stages_ms")
 
 # Options on what is wrong with a rig; they are in the options of a run where they were typed.
-RIG_OPTIONS = ("td_error_s", "extrinsic_error_deg", "random_rig", "readout_s", "readout_error_s",
-               "imu_rate_hz", "imu_jitter_s", "imu_dropout")
+RIG_OPTIONS = ("td_error_s", "extrinsic_error_deg", "random_rig", "readout_error_s", "imu_rate_hz",
+               "imu_jitter_s", "imu_dropout")
 
 # Built-in motions along which scale is hard to see, and those along which there is none to see.
 DEGENERATE_MOTIONS = ("corridor-walk", "constant-velocity")
@@ -32,10 +32,12 @@ class Run:
 
     windows: a row per window and method, as in windows.csv, and the columns `run` (the folder,
     which tells sequences apart when several runs are pooled) and `has_truth`.
+    name: the folder's; in a report on several runs it tells them apart.
     """
     folder: str
     info: dict  # summary.json
     windows: pandas.DataFrame
+    name: str
 
     @property
     def options(self):
@@ -63,9 +65,9 @@ class Run:
         return "first_keyframes" in self.info
 
     @property
-    def name(self):
-        """Name of the folder: within a suite it tells two runs of one motion apart."""
-        return os.path.basename(os.path.abspath(self.folder))
+    def sequence(self):
+        """The recording or the motion; the name of the folder is the user's."""
+        return self.info.get("dataset", self.name)
 
     @property
     def kind(self):
@@ -79,7 +81,7 @@ class Run:
     def group(self):
         """The rows of the paper's Table II, or what kind of motion a built-in one is."""
         if self.kind != "builtin":
-            return EUROC_GROUPS.get(self.name[:3], "Other")
+            return EUROC_GROUPS.get(self.sequence[:3], "Other")
         motion = self.options.get("builtin", "")
         if motion in DEGENERATE_MOTIONS:
             return "Degenerate"
@@ -130,7 +132,7 @@ def load_run(folder):
         windows["has_truth"] = bool(info.get("has_truth", True))
     except (KeyError, AttributeError) as error:
         raise InputError("%s lacks the column %s" % (table, error))
-    return Run(folder, info, windows)
+    return Run(folder, info, windows, os.path.basename(os.path.abspath(folder)))
 
 
 def methods_of(windows):

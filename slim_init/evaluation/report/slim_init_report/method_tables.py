@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from .data import methods_of
 from .statistics import reduced
-from .tables import Table, count, number
+from .tables import Cell, Table, count, number
 
 FEW_WINDOWS = "\u2020"  # a dagger
 
@@ -22,6 +22,8 @@ class Column:
 
     def cell(self, summary):
         """The cell of a method."""
+        if self.needs_truth and not summary.has_truth:
+            return Cell("-")
         if self.pattern == "%d":
             return count(summary[self.key])
         cell = number(self.pattern, summary[self.key], self.factor)
@@ -68,18 +70,18 @@ ACCEPTED = TO_ACCEPT + [plain("keyframes, median", "accepted.answer_keyframes.me
                         Column("speed m/s", "evaluated.velocity_rmse.rmse")]
 
 FIRST_ANSWER = [percent("within 10 %, % of all", "within_0_1/windows"),
-                plain("beyond 25 %", "beyond_0_25"),
+                Column("beyond 25 %", "beyond_0_25", "%d", best=""),
                 plain("time to estimate within 10 % s, median", "within_0_1.answer_s.median", "%.2f"),
                 plain("time to estimate within 10 % s, p90", "within_0_1.answer_s.p90", "%.2f")
                 ] + TO_ACCEPT + [percent("of them |s-1| < 0.1, %", "within_0_1/accepted"), LARGEST,
                                  SCALE_RMSE, OVER_SIGMA]
 
 CALIBRATION = [TO_ACCEPT[0], SCALE_RMSE, OVER_SIGMA,
-               Column("td ms", "evaluated.td_error_ms.rmse", "%.2f"),
-               Column("error/sigma", "evaluated.td_error_ms/td_sigma_ms.rmse", "%.2f", best=""),
-               Column("rotation deg", "evaluated.rotation_error_deg.rmse", "%.3f"),
-               Column("error/sigma", "evaluated.rotation_over_sigma.rmse", "%.2f", best=""),
-               Column("readout ms", "evaluated.readout_error_ms.rmse", "%.2f")]
+               Column("td ms", "accepted.td_error_ms.rmse", "%.2f", needs_truth=False),
+               plain("error/sigma", "accepted.td_error_ms/td_sigma_ms.rmse", "%.2f"),
+               Column("rotation deg", "accepted.rotation_error_deg.rmse", "%.3f", needs_truth=False),
+               plain("error/sigma", "accepted.rotation_over_sigma.rmse", "%.2f"),
+               Column("readout ms", "accepted.readout_error_ms.rmse", "%.2f", needs_truth=False)]
 
 DOWNSTREAM = [plain("runs", "downstream"),
               percent("diverged %", "diverged/downstream", "lowest", False)] + [

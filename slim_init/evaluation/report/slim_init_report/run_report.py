@@ -67,7 +67,7 @@ def build(run, out):
         differences = difference_table(run.windows, REFERENCE)
     windows = run.windows.drop_duplicates("trial")
     return {
-        "title": "A/B initialization on %s" % run.info.get("dataset", run.name),
+        "title": "A/B initialization on %s" % run.sequence,
         "info": run.info, "has_truth": run.has_truth, "has_downstream": run.has_downstream,
         "reference": REFERENCE, "excited": int(windows["excited"].sum()),
         "options": _option_table(run), "accuracy": _subset_tables(run, ACCURACY),

@@ -14,7 +14,6 @@ from .data import methods_of
 WAITING = ("too_few_keyframes", "too_few_tracks", "stationary", "too_little_excitation",
            "pure_rotation", "provisional", "time_limit")
 REFUSED = ("degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain")
-FAILED = ("invalid_input", "numerical_failure")
 
 
 def finite(values):

@@ -2,7 +2,7 @@
 """The report of several runs together: the paper's tables, what it printed beside ours, and
 paired differences. Its text is in templates/suite.j2."""
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from . import figures, render
 from .data import methods_of, pool
@@ -33,6 +33,14 @@ class Group:
         return self.runs[0].group in ("Degenerate", "Without parallax")
 
 
+def _named(runs):
+    """The runs, named by their folders below the one that all of them share."""
+    folders = [os.path.abspath(run.folder) for run in runs]
+    shared = os.path.commonpath([os.path.dirname(folder) for folder in folders])
+    return [replace(run, name=os.path.relpath(folder, shared))
+            for run, folder in zip(runs, folders)]
+
+
 def group_runs(runs):
     """Runs by where their features come from and what kind of motion it is, ablations apart; those of
     expanding windows are in none of them beside others."""
@@ -49,20 +57,8 @@ def group_runs(runs):
         for title, prefix, belongs in kinds:
             members = [run for run in runs if run.is_ablation == ablation and belongs(run)]
             if members:
-                groups.append(Group(title, prefix, members, ablation))
+                groups.append(Group(title, prefix, _named(members), ablation))
     return groups
-
-
-def _labels(runs):
-    """Folders below the one that all runs share."""
-    folders = [os.path.abspath(run.folder) for run in runs]
-    shared = os.path.commonpath([os.path.dirname(folder) for folder in folders])
-    return {run.folder: os.path.relpath(folder, shared) for run, folder in zip(runs, folders)}
-
-
-def _with_title(title, table):
-    table.title = title
-    return table
 
 
 def _not_first(groups):
@@ -72,7 +68,8 @@ def _not_first(groups):
         return []
     result = []
     for subset, name in SUBSETS:
-        table, figures_compared = not_first_table(run_method_table(runs, DETAIL, subset), REFERENCE)
+        table, figures_compared = not_first_table(run_method_table(_named(runs), DETAIL, subset),
+                                                  REFERENCE)
         result.append((name, figures_compared, table))
     return result
 
@@ -100,7 +97,7 @@ def _first_answers(runs):
     for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
                         ("builtin", "Simulated")):
         members = [run for run in runs if run.is_growing and run.kind == kind]
-        tables += [run_method_table(members, FIRST_ANSWER, subset, "%s, %s" % (title, name))
+        tables += [run_method_table(_named(members), FIRST_ANSWER, subset, "%s, %s" % (title, name))
                    for subset, name in SUBSETS if members]
     return tables
 
@@ -110,21 +107,20 @@ def build(runs, out, notes=(), command=""):
     groups = group_runs(runs)
     plain = [group for group in groups if not group.ablation]
     real = [group for group in plain if group.kind != "builtin"]
-    labels = _labels(runs)
+    runs = _named(runs)
     methods = methods_of(pool([run for group in (plain or groups) for run in group.runs]))
     compared = REFERENCE in methods and len(methods) > 1
     timed = (real[:1] or plain or groups)
     return {
         "title": "The paper's tables", "reference": REFERENCE, "command": command,
         "programs": list(dict.fromkeys(run.program for run in runs)),
-        "runs": run_table(runs, lambda run: labels[run.folder]),
+        "runs": run_table(runs),
         "notes": list(notes) + ["%s: no ground truth, so no errors and no success" %
-                                labels[run.folder] for run in runs if not run.has_truth],
-        "accuracy": [(group, [_with_title("%s, %s" % (table.title, name), table)
+                                run.name for run in runs if not run.has_truth],
+        "accuracy": [(group, [replace(table, title="%s, %s" % (table.title, name))
                               for subset, name in SUBSETS
                               for table in accuracy_tables(group.runs, subset)]) for group in real],
-        "success": [(group, [_with_title("Success [%%], %s" % name,
-                                         success_table(group.runs, subset))
+        "success": [(group, [replace(success_table(group.runs, subset), title="Success [%%], %s" % name)
                              for subset, name in SUBSETS]) for group in real],
         "degenerate": [degenerate_table(group.runs) for group in plain if group.degenerate],
         "ablations": [(group, ablation_table(group.runs, group.degenerate))

@@ -42,14 +42,14 @@ def set_beside(cell, pattern, printed):
     return cell
 
 
-def run_table(runs, label):
-    """What was run; label(run): the folder as it is shown."""
+def run_table(runs):
+    """What was run."""
     table = Table(["run", "group", "features", "true gyro bias", "trials", "windows", "excited",
                    "not evaluated", "notes"], names=4)
     for run in runs:
         trials = run.info.get("trials", {})
         first = run.windows["method"] == methods_of(run.windows)[0]
-        table.add(label(run), run.group, run.features, run.info.get("gyro_bias_truth", "?"),
+        table.add(run.name, run.group, run.features, run.info.get("gyro_bias_truth", "?"),
                   count(trials.get("trials", 0)), count(trials.get("windows", 0)),
                   count((run.windows["excited"] & first).sum()),
                   count(trials.get("trials", 0) - trials.get("windows", 0)),
@@ -72,7 +72,7 @@ def _accuracy_table(key, runs, summaries, methods):
         row, printed = [], []
         for run, summary in zip(runs, summaries):
             cell = error.cell(summary[method]) if method in summary else Cell("-")
-            printed.append(paper.printed("table_1", key, method, paper.sequence_of(run.name)))
+            printed.append(paper.printed("table_1", key, method, paper.sequence_of(run.sequence)))
             row.append(set_beside(cell, "%.3f", printed[-1]))
         # Over the sequences shown, or not at all: means over different ones do not compare. NaN of
         # one sequence makes the mean NaN.

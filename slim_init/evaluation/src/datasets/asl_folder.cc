@@ -104,11 +104,7 @@ class AslFolder : public ImageSequence {
   void readFolderTruth() {
     const std::string path = file("state_groundtruth_estimate0/data.csv");
     std::error_code code;
-    if (fs::exists(path, code)) {
-      readTruth(path);
-    } else {
-      note(path + " does not exist: without ground truth there are no errors to report");
-    }
+    if (fs::exists(path, code)) readTruth(path);
   }
 
   std::string root_;  ///< the folder that holds cam0 and imu0

@@ -64,6 +64,7 @@ class TableParser {
       }
     }
     table_.disorder = sortByStamp(&table_.rows);
+    table_.disorder.unreadable = not_finite_;
     if (static_cast<int>(table_.rows.size()) < format_.min_rows) {
       fail(table_.path, " has ", table_.rows.size(), " rows of data (minimum ", format_.min_rows,
            ')');
@@ -103,6 +104,7 @@ class TableParser {
     checkColumnCount(line, fields.size());
     CsvRow row;
     row.line = line_;
+    bool finite = true;
     for (std::size_t column = 0; column < fields.size(); ++column) {
       if (column == 0) {
         row.stamp_ns = parseStamp(fields[0]);
@@ -110,7 +112,12 @@ class TableParser {
         row.text = fields[column];
       } else {
         row.values[column - 1] = parseNumber(fields[column], column);
+        finite = finite && std::isfinite(row.values[column - 1]);
       }
+    }
+    if (!finite) {
+      ++not_finite_;
+      return;
     }
     if (format_.order == RowOrder::kReject && !table_.rows.empty() &&
         row.stamp_ns <= table_.rows.back().stamp_ns) {
@@ -139,13 +146,16 @@ class TableParser {
     if (field.empty() || stopped != field.c_str() + field.size()) {
       refuse(column, field, " is not a number");
     }
-    if (!std::isfinite(value)) refuse(column, field, " is not finite");
+    if (format_.order == RowOrder::kReject && !std::isfinite(value)) {
+      refuse(column, field, " is not finite");
+    }
     return value;
   }
 
   const CsvFormat& format_;
   CsvTable table_;
   int line_ = 0;
+  int not_finite_ = 0;
 };
 
 }  // namespace
@@ -266,13 +276,12 @@ std::string imuGapNote(const std::string& source, const std::vector<ImuSample>& 
 std::string disorderNote(const std::string& source, const std::string& things,
                          const Disorder& disorder) {
   std::string note;
-  if (disorder.repeated > 0) {
-    note = text(disorder.repeated, ' ', things, " with the stamp of another one were discarded");
-  }
-  if (disorder.out_of_order > 0) {
-    note += text(note.empty() ? "" : ", ", disorder.out_of_order, ' ', things,
-                 " out of order were sorted in");
-  }
+  const auto add = [&](int count, const char* what) {
+    if (count > 0) note += text(note.empty() ? "" : ", ", count, ' ', things, what);
+  };
+  add(disorder.repeated, " with the stamp of another one were discarded");
+  add(disorder.out_of_order, " out of order were sorted in");
+  add(disorder.unreadable, " that cannot be read or are not finite were discarded");
   return note.empty() ? "" : source + ": " + note;
 }
 

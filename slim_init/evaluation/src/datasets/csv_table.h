@@ -58,8 +58,8 @@ struct CsvTable {
 
 /// What to do with a row whose stamp is not after the one before.
 enum class RowOrder {
-  kReject,  ///< an error
-  kSort,    ///< repeated stamps are dropped, the rest is sorted; both are counted
+  kReject,  ///< an error, as a value that is not finite
+  kSort,    ///< sorted; repeated stamps and rows that are not finite are dropped; all are counted
 };
 
 struct CsvFormat {
@@ -122,11 +122,14 @@ std::string lastComponent(const std::string& path);
 template <typename T>
 Disorder sortByStamp(std::vector<T>* items) {
   Disorder disorder;
-  std::int64_t latest = items->empty() ? 0 : items->front().stamp_ns;
+  // As few as have to go for the rest to ascend: one late stamp does not count those after it.
+  std::vector<std::int64_t> last;  // of the longest ascending sequences, by length
   for (const T& item : *items) {
-    if (item.stamp_ns < latest) ++disorder.out_of_order;
-    latest = std::max(latest, item.stamp_ns);
+    auto place = std::upper_bound(last.begin(), last.end(), item.stamp_ns);
+    if (place == last.end()) place = last.insert(place, 0);
+    *place = item.stamp_ns;
   }
+  disorder.out_of_order = static_cast<int>(items->size() - last.size());
   if (disorder.out_of_order > 0) {
     std::stable_sort(items->begin(), items->end(),
                      [](const T& a, const T& b) { return a.stamp_ns < b.stamp_ns; });

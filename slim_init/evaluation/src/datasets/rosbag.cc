@@ -245,11 +245,7 @@ class BagFile : public ImageSequence {
     readImu(imu_topic, max_imu_gap_s);
     if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
     readImageStamps(image_topic);
-    if (groundtruth_file.empty()) {
-      note(file_ + ": without ground truth there are no errors to report");
-    } else {
-      readTruth(groundtruth_file);
-    }
+    if (!groundtruth_file.empty()) readTruth(groundtruth_file);
   }
 
   template <typename Value>
@@ -276,13 +272,9 @@ class BagFile : public ImageSequence {
         ++unreadable;
       }
     }
-    if (unreadable > 0) {
-      note(text(file_, ": ", unreadable, " messages of ", topic,
-                " cannot be read or hold a value that is not finite, and were discarded"));
-    }
     *disorder = sortByStamp(&values);
     disorder->unreadable = unreadable;
-    note(disorderNote(file_, what, *disorder));
+    note(disorderNote(file_ + " " + topic, what, *disorder));
     return values;
   }
 

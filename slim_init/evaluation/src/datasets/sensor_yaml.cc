@@ -24,8 +24,10 @@ using feature_tracker_lines::CameraParameters;
 constexpr double kMaxRotationError = 1e-2;
 constexpr double kMaxBodyImuDifference = 1e-6;
 
-// Our own addition to EuRoC's keys, named as in VINS-Mono's files; without it: a global shutter.
+// Our own additions to EuRoC's keys, named as in VINS-Mono's files; without them: the defaults.
 constexpr const char* kReadoutKey = "rolling_shutter_tr";
+constexpr const char* kTdKey = "td";
+constexpr const char* kGravityKey = "g_norm";
 
 /// A sensor.yaml file. It is plain YAML without the "%YAML:1.0" that OpenCV's parser insists on.
 class SensorFile {
@@ -186,6 +188,8 @@ void readFiles(const std::string& camera_file, const std::string& imu_file,
   calibration.R_b_c = nearest;
   calibration.t_b_c = T_b_c.topRightCorner<3, 1>();
   if (camera.has(kReadoutKey)) calibration.readout_s = camera.number(kReadoutKey);
+  if (camera.has(kTdKey)) calibration.td = camera.number(kTdKey);
+  if (imu.has(kGravityKey)) calibration.gravity_magnitude = imu.number(kGravityKey);
   calibration.imu_noise.gyro_density = imu.number("gyroscope_noise_density");
   calibration.imu_noise.accel_density = imu.number("accelerometer_noise_density");
   if (const std::string sentence = calibration.validate(); !sentence.empty()) {
@@ -221,7 +225,6 @@ std::string cameraSensorYaml(const WriterRig& rig) {
   const CameraParameters& camera = rig.camera;
   const bool omni = camera.model == CameraModel::kMei;
   const auto& k = camera.distortion;
-  const double readout_s = rig.calibration.readout_s;
   return roundedText(
       17, "%YAML:1.0\nsensor_type: camera\ncomment: ", rig.comment,
       "\n\n# Camera in the body frame, which is the IMU's.\n",
@@ -231,12 +234,10 @@ std::string cameraSensorYaml(const WriterRig& rig) {
       omni ? roundedText(17, camera.xi, ", ") : "", camera.fx, ", ", camera.fy, ", ", camera.cx,
       ", ", camera.cy, "]\ndistortion_model: ",
       camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential",
-      "\ndistortion_coefficients: [", k[0], ", ", k[1], ", ", k[2], ", ", k[3], "]\n",
-      readout_s > 0.0
-          ? roundedText(17, kReadoutKey, ": ", readout_s,
-                        "  # [s] from the first row to the last; the stamp is that of the middle "
-                        "row\n")
-          : "");
+      "\ndistortion_coefficients: [", k[0], ", ", k[1], ", ", k[2], ", ", k[3], "]\n", kReadoutKey,
+      ": ", rig.calibration.readout_s,
+      "  # [s] from the first row to the last; the stamp is that of the middle row\n", kTdKey, ": ",
+      rig.calibration.td, "  # [s] time of the IMU minus that of the image\n");
 }
 
 std::string imuSensorYaml(const WriterRig& rig) {
@@ -245,7 +246,8 @@ std::string imuSensorYaml(const WriterRig& rig) {
                      "rate_hz: ", rig.imu_rate_hz,
                      "\ngyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
                      "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
-                     rig.calibration.imu_noise.accel_density, "  # [m/s^2/sqrt(Hz)]\n");
+                     rig.calibration.imu_noise.accel_density, "  # [m/s^2/sqrt(Hz)]\n", kGravityKey,
+                     ": ", rig.calibration.gravity_magnitude, "  # [m/s^2]\n");
 }
 
 }  // namespace slim_init::evaluation

@@ -69,9 +69,6 @@ class SlidingWindowEstimator {
   /// does that has learned which were damaged. Fewer than two change nothing.
   virtual void replaceImu(const std::vector<ImuSample>& samples) = 0;
 
-  virtual std::int64_t droppedImu() const = 0;
-  virtual std::int64_t droppedFrames() const = 0;
-
   /// Replaces the states of the window without touching prior, points or frames, to see what
   /// follows: for tests. Sizes must agree.
   virtual void overwrite(const std::vector<NavState>& states) = 0;

@@ -106,9 +106,11 @@ struct DoctorData {
   bool has_rotation = true;
   bool has_translation = true;
   std::vector<ImuSample> imu;
-  Disorder imu_disorder;
+  Disorder imu_disorder;             ///< of the whole recording, as image_disorder
+  std::size_t imu_beyond_limit = 0;  ///< samples of the recording that are not in `imu`
   std::vector<ImageFacts> images;
   Disorder image_disorder;
+  std::size_t images_beyond_limit = 0;
   std::vector<FrameObservation> frames;  ///< tracked without the gyro
   bool lines_enabled = true;
 };

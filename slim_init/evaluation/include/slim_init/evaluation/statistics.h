@@ -8,8 +8,6 @@ namespace slim_init::evaluation {
 // All return NaN for an empty list. The lists hold finite values only; the caller who fills them
 // decides what a value that is not finite means.
 
-/// Arithmetic mean.
-double mean(const std::vector<double>& values);
 /// Square root of the mean of the squares.
 double rootMeanSquare(const std::vector<double>& values);
 

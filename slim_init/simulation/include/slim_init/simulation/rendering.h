@@ -23,10 +23,6 @@ struct CameraPose {
 
 /// How POV-Ray draws.
 struct RenderOptions {
-  /// Every pixel is the mean of rays through its corners; where these differ by more than this, in
-  /// units of full brightness, it is divided into four, `antialias_depth` times at most.
-  double antialias_threshold = 0.05;
-  int antialias_depth = 2;
   int threads = 1;
   std::string program = "povray";
   /// Folder for the scene file and for pictures between POV-Ray and us; made when it is missing. A

@@ -44,11 +44,10 @@ const std::vector<std::string>& builtinTrajectoryNames();
 
 /// Makes a built-in motion over [0, duration_s], about 1.5 m above the floor z = 0. The camera of
 /// `R_b_c` looks along x on average, which for the walks is the direction of travel. All
-/// derivatives are exact. `seed` sets the phases. `speed` [m/s]: of "constant-velocity" in place of
-/// its own 0.5 m/s; zero: that. Unknown name: null, and a message in `error`.
+/// derivatives are exact. `seed` sets the phases. Unknown name: null, and a message in `error`.
 std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, double duration_s,
                                                   const Eigen::Matrix3d& R_b_c, unsigned seed,
-                                                  std::string* error = nullptr, double speed = 0.0);
+                                                  std::string* error = nullptr);
 
 /// Interpolates recorded poses: a cubic through the four nearest samples, in position and in the
 /// tangent space of the rotation. Needs at least four samples with finite poses and ascending
