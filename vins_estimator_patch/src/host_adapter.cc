@@ -898,7 +898,8 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
     state.screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma,
                            innovation.gyro_sigma);
   }
-  out.suspect = innovation.culprit == Culprit::kUnclear;
+  // A host that the IMU alone carries has no state that the images vouch for.
+  out.suspect = innovation.culprit == Culprit::kUnclear || innovation.blind;
   out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
   state.moving = {innovation.moving.begin(), innovation.moving.end()};
   const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;

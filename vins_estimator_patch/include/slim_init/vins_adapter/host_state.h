@@ -59,7 +59,7 @@ struct HostPreparation {
   bool replaces_newest = false;  ///< `newest` is better than the host's own prediction
   HostState newest;
   std::vector<long long> moving;  ///< ids of tracks that move against the scene
-  bool suspect = false;           ///< images and IMU contradict each other
+  bool suspect = false;  ///< images and IMU contradict each other, or all of the image moves
   /// By how much the odometry frame may have moved and turned in the newest interval because images
   /// and IMU did not both support the host there; zero: they did.
   double position_sigma = 0.0;  ///< [m]
