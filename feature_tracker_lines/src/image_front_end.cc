@@ -66,21 +66,6 @@ StreamOptions limitedTo(const ImuLimits& limits) {
   return options;
 }
 
-/// Wall-clock time since construction or the last lap.
-class Stopwatch {
- public:
-  /// Returns the time [ms] and restarts.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
-    start_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 // Distance of points in a halved image [px], at least: closer ones share most of their patches.
 constexpr double kLeastDistancePx = 10.0;
 
@@ -215,23 +200,17 @@ void FeatureTracker::reset() {
 
 void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& given,
                            FrameObservation* frame, ImageReport* report) {
-  Stopwatch watch;
   std::swap(before_, now_);
   prepare(grey);
   report->image_noise = now_.noise;
-  report->stages.push_back({"prepare", watch.lap()});
 
   // Lines move as the points do that were followed, beyond the rotation that these were found with.
   RotationPrior prior = given;
   points_.follow(t, before_, now_, &prior, report);
-  report->stages.push_back({"points", watch.lap()});
   points_.refill(now_, report);
-  report->stages.push_back({"new_points", watch.lap()});
   if (options_.lines.enabled) {
     std::vector<LineSegment> segments = lines_.detect(now_, given);
-    report->stages.push_back({"segments", watch.lap()});
     lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
-    report->stages.push_back({"lines", watch.lap()});
   }
   writeObservations(frame);
 }
@@ -479,18 +458,14 @@ RotationPrior ImageFrontEnd::Impl::predictRotation(double t, ImageReport* report
 // Rotation from the gyro, tracking, gyro bias from the tracks. Throws what OpenCV throws.
 void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation* frame,
                                 ImageReport* report) {
-  Stopwatch watch;
   if (t - t_last_ > kMaxImageGapS) tracker_.reset();
   const RotationPrior prior = predictRotation(t, report);
-  report->stages.push_back({"predict", watch.lap()});
   tracker_.track(t, toGrey(image), prior, frame, report);
   setRows(camera_.height, frame);
-  watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
     updateBias(*frame);
   }
-  report->stages.push_back({"gyro_bias", watch.lap()});
   report->gyro_bias_known = bias_.has_value();
   if (bias_) report->gyro_bias = *bias_;
 }
@@ -499,7 +474,7 @@ ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameO
   if (!std::isfinite(t)) return ImageStatus::kNotFinite;
   if (t <= t_last_) return ImageStatus::kOutOfOrder;  // false before the first image
   if (!isUsable(image)) return ImageStatus::kBadImage;
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   ImageReport report;
   FrameObservation result;
   result.t = t;
@@ -513,7 +488,8 @@ ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameO
     dt_last_ = kNotComputed;
     return ImageStatus::kBadImage;
   }
-  report.total_ms = watch.lap();
+  const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - begin;
+  report.total_ms = taken.count();
   report_ = std::move(report);
   dt_last_ = t - t_last_;  // NaN at the first image
   t_last_ = t;

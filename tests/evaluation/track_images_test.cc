@@ -84,7 +84,6 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   // 80 corners of squares that nothing hides.
   EXPECT_GT(tracked.summary.points, 20.0);
   EXPECT_GT(tracked.summary.points_carried, 0.7 * tracked.summary.points);
-  EXPECT_LE(tracked.summary.points_p10, tracked.summary.points);
   std::set<FeatureId> first;
   for (const PointObservation& point : tracked.frames.front().points) first.insert(point.id);
   int alive = 0;
@@ -93,7 +92,6 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   }
   EXPECT_GT(alive, 10);
   EXPECT_GT(tracked.summary.total_ms_median, 0.0);
-  EXPECT_FALSE(tracked.summary.stages_ms_median.empty());
 }
 
 TEST(TrackImages, WhatCannotBeUsedIsCountedAndLeftOut) {

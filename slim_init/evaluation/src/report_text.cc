@@ -128,25 +128,17 @@ Json jsonOption(const OptionValue& value) {
 }
 
 Json jsonTracking(const TrackingSummary& tracking) {
-  Json json = {{"images", tracking.images},
-               {"tracked", tracking.tracked},
-               {"outside_imu", tracking.outside_imu},
-               {"unreadable", tracking.unreadable},
-               {"refused", tracking.refused},
-               {"images_without_gyro", tracking.images_without_gyro},
-               {"points", jsonNumber(tracking.points)},
-               {"points_p10", jsonNumber(tracking.points_p10)},
-               {"points_carried", jsonNumber(tracking.points_carried)},
-               {"lines", jsonNumber(tracking.lines)},
-               {"lines_p10", jsonNumber(tracking.lines_p10)},
-               {"lines_carried", jsonNumber(tracking.lines_carried)},
-               {"total_ms_median", jsonNumber(tracking.total_ms_median)},
-               {"total_ms_p90", jsonNumber(tracking.total_ms_p90)}};
-  Json& stages = json["stages_ms_median"] = Json::object();
-  for (const StageTime& stage : tracking.stages_ms_median) {
-    stages[stage.name] = jsonNumber(stage.ms);
-  }
-  return json;
+  return {{"images", tracking.images},
+          {"tracked", tracking.tracked},
+          {"outside_imu", tracking.outside_imu},
+          {"unreadable", tracking.unreadable},
+          {"refused", tracking.refused},
+          {"images_without_gyro", tracking.images_without_gyro},
+          {"points", jsonNumber(tracking.points)},
+          {"points_carried", jsonNumber(tracking.points_carried)},
+          {"lines", jsonNumber(tracking.lines)},
+          {"lines_carried", jsonNumber(tracking.lines_carried)},
+          {"total_ms_median", jsonNumber(tracking.total_ms_median)}};
 }
 
 Json jsonSubset(const SubsetSummary& subset) {

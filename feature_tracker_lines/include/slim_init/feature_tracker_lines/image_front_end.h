@@ -31,10 +31,7 @@ const char* toString(ImageStatus status);
 
 /// Report on one tracked image.
 struct ImageReport {
-  /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
-  /// (followed), "new_points", "segments" (detected), "lines" (followed and new), "gyro_bias".
-  std::vector<StageTime> stages;
-  double total_ms = 0.0;
+  double total_ms = 0.0;              ///< wall-clock time
   double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
   bool rotation_from_gyro = false;    ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it

@@ -53,9 +53,9 @@ def _status_table(run):
 
 
 def _feature_table(tracking):
-    table = Table(["per image", "median", "10 % quantile", "of them in the image before, median"])
+    table = Table(["per image, median", "all", "in the image before"])
     for name in ("points", "lines"):
-        table.add(name, *[number("%.0f", tracking[name + end]) for end in ("", "_p10", "_carried")])
+        table.add(name, *[number("%.0f", tracking[name + end]) for end in ("", "_carried")])
     return table
 
 

@@ -29,28 +29,16 @@ class SummaryCollector {
       lines_carried_.push_back(carried_lines);
     }
     total_ms_.push_back(report.total_ms);
-    for (const StageTime& stage : report.stages) {
-      auto found = std::find_if(stages_.begin(), stages_.end(),
-                                [&](const auto& known) { return known.first == stage.name; });
-      if (found == stages_.end()) found = stages_.insert(stages_.end(), {stage.name, {}});
-      found->second.push_back(stage.ms);
-    }
     if (report.rotation_missing) ++without_gyro_;
   }
 
   void finish(TrackingSummary* summary) const {
     summary->points = median(points_);
-    summary->points_p10 = quantile(points_, 0.1);
     summary->points_carried = median(points_carried_);
     summary->lines = median(lines_);
-    summary->lines_p10 = quantile(lines_, 0.1);
     summary->lines_carried = median(lines_carried_);
     summary->images_without_gyro = without_gyro_;
     summary->total_ms_median = median(total_ms_);
-    summary->total_ms_p90 = quantile(total_ms_, 0.9);
-    for (const auto& [name, times] : stages_) {
-      summary->stages_ms_median.push_back({name, median(times)});
-    }
   }
 
  private:
@@ -69,7 +57,6 @@ class SummaryCollector {
   }
 
   std::vector<double> points_, lines_, points_carried_, lines_carried_, total_ms_;
-  std::vector<std::pair<std::string, std::vector<double>>> stages_;
   std::unordered_set<FeatureId> point_ids_, line_ids_;
   int without_gyro_ = 0;
 };

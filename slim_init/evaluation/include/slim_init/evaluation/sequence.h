@@ -23,14 +23,10 @@ struct TrackingSummary {
   std::string first_problem;    ///< sentence of the first image unreadable or refused
   int images_without_gyro = 0;  ///< tracked without a rotation from the gyro
   double points = kNotComputed;
-  double points_p10 = kNotComputed;      ///< 10 % quantile
   double points_carried = kNotComputed;  ///< with an id of the image before
   double lines = kNotComputed;
-  double lines_p10 = kNotComputed;
   double lines_carried = kNotComputed;
-  double total_ms_median = kNotComputed;    ///< of the front end; reading the image is not in it
-  double total_ms_p90 = kNotComputed;       ///< 90 % quantile
-  std::vector<StageTime> stages_ms_median;  ///< as the front end names them
+  double total_ms_median = kNotComputed;  ///< of the front end; reading the image is not in it
 };
 
 /// One sequence ready for evaluation: what the sensors said and what was true.
