@@ -368,7 +368,7 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   EXPECT_EQ(json["tracking"]["points"], 123.0);
   EXPECT_EQ(json["tracking"]["lines_carried"], 45.0);
   EXPECT_EQ(json["tracking"]["total_ms_median"], 6.25);
-  EXPECT_TRUE(json["tracking"]["lines_carried"].is_null());
+  EXPECT_TRUE(json["tracking"]["lines"].is_null());
   EXPECT_EQ(json["simulated"]["outlier_tracks"], 17);
 }
 

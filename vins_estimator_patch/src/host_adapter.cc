@@ -59,6 +59,9 @@ constexpr double kFreshSolve = 0.5;
 // Frames in a row that have to speak against a host where the initializer has no answer.
 constexpr int kSuspectFrames = 3;
 constexpr double kRadToDeg = 57.29577951308232;
+// Damage that begins later after the last healthy state has not ended its health [s]: something
+// before it has, and what the IMU alone has carried since is not to be continued.
+constexpr double kDamageFollows = 1.0;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
 constexpr double kBetweenPriors = 0.25;
@@ -462,7 +465,8 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
     if (!priors.empty() && priors.back().state.t - propagated.state.t < kBetweenPriors) continue;
     double until = propagated.state.t;
     for (const ImuDamage& one : screen.damage()) {
-      if (!one.bridged && one.last > until) until = one.last;
+      const bool follows = one.first < hostTime(healthy.back().stamp) + kDamageFollows;
+      if (!one.bridged && follows && one.last > until) until = one.last;
     }
     std::string problem;
     if (!carry(propagated, until, screen.samples(), &propagated, &problem)) continue;
