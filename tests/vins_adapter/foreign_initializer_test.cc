@@ -210,6 +210,27 @@ TEST_F(ForeignInitializer, ReceivesTheHealthyStates) {
   EXPECT_EQ(adapter_->recover(stamps(30), {healthy}).message, "oracle has no recovery");
 }
 
+// What an IMU has not measured from a healthy state on is passed; later, a host that has had no
+// healthy state for a second has been carried by what is wrong.
+TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
+  const std::vector<HostState> healthy = statesOf(exact_, 10, 12);
+  const std::vector<ImuSample> clean = exact_.imu;
+  for (const int damaged : {13, 24}) {
+    const double first = exact_.truth[damaged].t + 0.02;
+    exact_.imu = host_health::disturbed(clean, first, first + 0.2, {120.0, 0.0, 0.0});
+    auto oracle = std::make_unique<Oracle>(exact_);
+    oracle_ = oracle.get();
+    adapter_ = HostAdapter::create(std::move(oracle), options_, nullptr);
+    next_ = 0;
+    for (int k = 0; k < 33; ++k) feed(k);
+    adapter_->recover(stamps(32), healthy);
+    ASSERT_FALSE(oracle_->given.empty());
+    const double t = oracle_->given.back().state.t;
+    EXPECT_EQ(t > first, damaged == 13) << t;
+    EXPECT_EQ(t < exact_.truth[13].t, damaged > 13) << t;
+  }
+}
+
 TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   for (int k = 0; k <= 20; ++k) feed(k);
   EXPECT_EQ(adapter_->counts().frames_added, 21);
