@@ -401,7 +401,7 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
       withRowsCompensated(*cut.window, bias_.value_or(Eigen::Vector3d::Zero()));
   const InertialOptions inertial;
   RobustBiasEstimator estimator(compensated != nullptr ? *compensated : *cut.window, nullptr,
-                                inertial);
+                                inertial, {RigError(), {0.0, 0.0, 0.0, 0.0}});
   const RobustBias estimate = estimator.quick();
   // One that is not clean is better than none, but not than the last one.
   if (!estimate.valid() || (bias_ && !estimate.clean)) return;

@@ -1,10 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "rotation/camera_check.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "rotation/calibration_check.h"
 #include "slim_init/types.h"
 #include "support/exact_window.h"
 #include "support/robust_bias.h"

@@ -9,6 +9,7 @@
 
 #include "slim_init/options.h"
 #include "support/exact_window.h"
+#include "support/robust_bias.h"
 
 namespace slim_init {
 namespace {
@@ -19,9 +20,9 @@ using Eigen::Vector3d;
 TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
   const KeyframePairs pairs(window, kLongGap);
   GyroRotations gyro(window);
-  gyro.linearizeNear(gyro_bias);
+  gyro.linearizeNear(atBias(gyro_bias));
   Baselines baselines = unknownBaselines(pairs);
-  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kLongGap), {kAgreementSigmas},
+  return pruneTracks(window, pairs, gyro.at(atBias(gyro_bias), pairs, kLongGap), {kAgreementSigmas},
                      &baselines);
 }
 
@@ -100,11 +101,11 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8);
   GyroRotations gyro(*exact.window);
-  gyro.linearizeNear(bias);
+  gyro.linearizeNear(atBias(bias));
   Baselines baselines = unknownBaselines(pairs);
   baselines.back() = Vector3d::UnitY();
-  const TrackPruning shared = pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, kLongGap),
-                                          {kAgreementSigmas}, &baselines);
+  const TrackPruning shared = pruneTracks(
+      *exact.window, pairs, gyro.at(atBias(bias), pairs, kLongGap), {kAgreementSigmas}, &baselines);
   EXPECT_EQ(shared.keep, alone.keep);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
   EXPECT_EQ(baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";

@@ -5,11 +5,19 @@
 
 namespace slim_init {
 
+/// Under the calibration of the window.
+inline RotationUnknowns atBias(const Eigen::Vector3d& gyro_bias) {
+  RotationUnknowns x = RotationUnknowns::Zero();
+  x.head<3>() = gyro_bias;
+  return x;
+}
+
 /// Both parts of the estimator, the second where the first is not clean, without a calibration in
 /// between; no vanishing points.
 inline RobustBias robustBiasOf(const InitWindow& window,
                                const InertialOptions& inertial = InertialOptions()) {
-  RobustBiasEstimator estimator(window, nullptr, inertial);
+  RobustBiasEstimator estimator(window, nullptr, inertial,
+                                {RigError(), window.calibration().sigmas});
   const RobustBias bias = estimator.quick();
   return bias.clean ? bias : estimator.thorough();
 }

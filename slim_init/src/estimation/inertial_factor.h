@@ -10,13 +10,11 @@
 #include <Eigen/Core>
 
 #include "imu/preintegration.h"
+#include "imu/rig_prior.h"
 #include "imu/window_state.h"
 #include "slim_init/types.h"
 
 namespace slim_init {
-
-/// Information that holds a bias, or an inverse depth, at zero, 1 / (1e-6 m/s^2)^2.
-inline constexpr double kHold = 1e12;
 
 /// Columns of the Jacobian of one factor: theta_i, p_i, theta_j, p_j, v_i, v_j, b_g, b_a, gravity.
 constexpr int kInertialColumns = 26;
@@ -34,29 +32,6 @@ InertialResidual inertialResidual(const WindowState& state, int i, const Preinte
 /// Square root W of the information: W^T W = covariance^-1. False when the covariance is not
 /// positive definite.
 bool inertialWhitening(const Preintegration& pre, Eigen::Matrix<double, 9, 9>* W);
-
-/// What is known about the rig before the data.
-struct RigPrior {
-  RigError mean;             ///< of the prior, against the calibration of the window
-  CalibrationSigmas sigmas;  ///< zero: held at the mean
-};
-
-using RigMatrix = Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>;
-using RigVector = Eigen::Matrix<double, StateLayout::kRig, 1>;
-
-/// Normal equations of the prior at an error of the rig, rows as StateLayout has them: rotation,
-/// translation, td, readout time.
-struct RigPriorTerm {
-  RigMatrix H = RigMatrix::Zero();
-  RigVector g = RigVector::Zero();  ///< half the derivative of the cost
-  double cost = 0.0;
-};
-
-/// A calibration may be wrong by more than its standard deviations say, so each part of the prior
-/// has the cost of Geman and McClure (docs/derivation.md, 4.10): extrinsic rotation with td, since
-/// who has one of them wrong has not measured the other with care either; the lever arm; the
-/// readout time. `rig` is an error against the calibration of the window.
-RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig);
 
 /// Derivative of the error [theta, p, v] of the body at the end of a preintegration.
 struct RigDerivatives {

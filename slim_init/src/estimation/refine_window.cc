@@ -116,11 +116,6 @@ bool fits(double chi2, double median_chi2, const RefinementOptions& options) {
          (chi2 <= kGrossErrors * options.suspicious_chi2 && median_chi2 <= options.suspicious_chi2);
 }
 
-double coveredShift(const InitWindow& window, double shift) {
-  return std::clamp(shift, window.imu().front().t - window.times().front(),
-                    window.imu().back().t - window.times().back());
-}
-
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,

@@ -53,9 +53,6 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
 /// no view, while gross errors of tracks raise the first alone.
 bool fits(double chi2, double median_chi2, const RefinementOptions& options);
 
-/// As much of a shift of the keyframe times [s] as the IMU of the window covers.
-double coveredShift(const InitWindow& window, double shift);
-
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.
 struct RefinementInput {
   const InitWindow& tracks;                ///< points pruned

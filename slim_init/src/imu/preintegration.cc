@@ -172,6 +172,11 @@ Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, d
   return pre;
 }
 
+double coveredShift(const InitWindow& window, double shift) {
+  return std::clamp(shift, window.imu().front().t - window.times().front(),
+                    window.imu().back().t - window.times().back());
+}
+
 std::vector<Preintegration> preintegrateWindow(const InitWindow& window, const BiasPoint& biases,
                                                const ImuNoise& noise, double td_shift,
                                                PreintegrationParts parts) {

@@ -72,6 +72,9 @@ Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, d
                             const BiasPoint& biases, const ImuNoise& noise,
                             PreintegrationParts parts);
 
+/// As much of a shift of the keyframe times [s] as the IMU of the window covers.
+double coveredShift(const InitWindow& window, double shift);
+
 /// One preintegration per consecutive keyframe pair of the window (size() - 1 of them), between the
 /// keyframe times moved by `td_shift` [s]. The IMU has to cover them there.
 std::vector<Preintegration> preintegrateWindow(const InitWindow& window, const BiasPoint& biases,

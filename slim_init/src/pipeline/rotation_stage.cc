@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/rotation_stage.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -19,16 +18,14 @@
 namespace slim_init {
 namespace {
 
-// With a calibration this near, in standard deviations of what the rotations say of it, they need
-// not be solved again, nor where it is nearer than these: the estimation is linear there.
-constexpr double kNear = 2.0;
-constexpr double kNearRotation = 0.5 / kDegPerRad;  // [rad]
-constexpr double kNearTd = 1.5e-3;                  // [s]
-// From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
-constexpr int kMaxRounds = 4;
-// The same of a readout time [s], or of its share.
+// Noise and readout time that are off are as good as right after one more round; one to see it.
+constexpr int kMaxRounds = 3;
+// A readout time need not be solved again where it is nearer than this [s], or this share of it.
 constexpr double kNearReadout = 2e-3;
 constexpr double kNearReadoutShare = 0.25;
+// Nearer than this [rad], and kRelinearizeTolerance of td, the refinement is linear and the
+// calibration stays. With a rolling shutter one further off has turned the rows.
+constexpr double kNearRotation = 0.5 / kDegPerRad;
 // Share of the cameras whose readout time is not the one given.
 constexpr double kWrongReadout = 0.1;
 // Up to this probability it is taken as given: to estimate it costs a column of the equations.
@@ -42,52 +39,17 @@ constexpr double kMostSigmaPx = 2.5;
 // Factor on the covariance of a vanishing direction: clutter among the inliers is not in it
 // (kappa_v).
 constexpr double kVpInflation = 4.0;
-// Rounds of re-weighting of the prior: its weight has settled by then.
-constexpr int kPriorRounds = 8;
 // Without the steps that follow there is no estimate at all: they have the rest.
 constexpr double kShareOfRotations = 0.5;
 
-// What is known about [rotation, td] of the calibration before the data, against `seen`.
-struct PriorOfCheck {
-  Eigen::Vector4d mean;
-  Eigen::Matrix4d covariance;
-};
-
-PriorOfCheck priorOfCheck(const Calibration& handed_in, const Calibration& seen) {
-  PriorOfCheck prior;
-  prior.mean.head<3>() = logSO3(seen.R_b_c.transpose() * handed_in.R_b_c);
-  prior.mean[3] = handed_in.td - seen.td;
-  const double rotation = handed_in.sigmas.rotation_deg / kDegPerRad;
-  Eigen::Vector4d sigma(rotation, rotation, rotation, handed_in.sigmas.td_s);
-  prior.covariance = sigma.cwiseAbs2().asDiagonal();
+// What is known of the calibration handed in, against another one.
+RigPrior priorOf(const Calibration& handed_in, const Calibration& other) {
+  RigPrior prior;
+  prior.mean.dR = other.R_b_c.transpose() * handed_in.R_b_c;
+  prior.mean.dtd = handed_in.td - other.td;
+  prior.mean.dreadout = handed_in.readout_s - other.readout_s;
+  prior.sigmas = handed_in.sigmas;
   return prior;
-}
-
-// The most probable [rotation, td] from check and prior, which may be wrong.
-Eigen::Vector4d correctionOf(const CalibrationCheck& check, const PriorOfCheck& prior) {
-  Eigen::Vector4d measured;
-  measured << check.extrinsic_error, check.td_error_s;
-  const Eigen::Vector4d off = measured - prior.mean;
-  // From the prior: where the check knows little, it stays there.
-  Eigen::Vector4d step = Eigen::Vector4d::Zero();
-  double weight = 1.0;
-  for (int round = 0; round < kPriorRounds; ++round) {
-    const Eigen::Matrix4d wide = prior.covariance / weight;
-    step = wide * Eigen::Matrix4d(wide + check.covariance).ldlt().solve(off);
-    double z2 = 0.0;
-    for (int i = 0; i < 4; ++i) {
-      if (prior.covariance(i, i) > 0.0) z2 += step[i] * step[i] / prior.covariance(i, i);
-    }
-    weight = gemanMcClure(z2);
-  }
-  return prior.mean + step;
-}
-
-// Whether the correction is no more than what the check does not know, or what hardly counts.
-bool isNear(const Eigen::Vector4d& correction, const Eigen::Matrix4d& covariance) {
-  const Eigen::Vector4d hardly(kNearRotation, kNearRotation, kNearRotation, kNearTd);
-  const Eigen::Matrix4d wide = covariance + Eigen::Matrix4d(hardly.cwiseAbs2().asDiagonal());
-  return correction.dot(wide.ldlt().solve(correction)) < kNear * kNear;
 }
 
 // What is known of the readout time before the estimate of the window: most are as given, the
@@ -127,7 +89,8 @@ double assumedSigmaPx(const RobustBias& bias, const Calibration& handed_in) {
   return std::clamp(measured, Calibration::kTypicalSigmaPx, kMostSigmaPx);
 }
 
-// What the rotations say of the calibration: a better one, and whether that of the window is near.
+// The calibration that the rotations have found, and whether it is near the one that noise and rows
+// of the window rest on.
 struct BetterCalibration {
   Calibration value;
   bool is_near = true;
@@ -139,9 +102,16 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   const Calibration& seen = stage.window->calibration();
   BetterCalibration out;
   out.value = seen;
+  const RigError& rig = stage.bias.rig;
+  const bool is_linear =
+      logSO3(rig.dR).norm() < kNearRotation && std::abs(rig.dtd) < kRelinearizeTolerance;
+  if (!is_linear) {
+    out.value.R_b_c = seen.R_b_c * rig.dR;
+    out.value.td += rig.dtd;
+  }
   out.value.sigma_px = assumedSigmaPx(stage.bias, handed_in);
   const double ratio = out.value.sigma_px / seen.pointSigmaPx();
-  out.is_near = std::max(ratio, 1.0 / ratio) < kNoisyTracks;
+  out.is_near = std::max(ratio, 1.0 / ratio) < kNoisyTracks && (is_linear || seen.readout_s == 0.0);
   const bool kept = given == GivenCalibration::kKept;
   out.readout = readoutBelief(kept ? ReadoutCheck() : stage.bias.readout, handed_in, seen);
   if (kept || stage.bias.status == InitStatus::kTooFewTracks) return out;
@@ -153,46 +123,47 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   } else {
     out.is_near = false;
   }
-  const CalibrationCheck check =
-      checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
-  if (!check.valid) return out;
-  const Eigen::Vector4d correction = correctionOf(check, priorOfCheck(handed_in, seen));
-  if (isNear(correction, check.covariance)) return out;
-  out.is_near = false;
-  out.value.R_b_c = seen.R_b_c * expSO3(correction.head<3>());
-  out.value.td += correction[3];
   return out;
 }
 
-// Vanishing points and bias of `raw`, and the calibration that follows. With a rolling shutter its
-// rows are turned to the middle row by the gyroscope at a bias of zero, and again by the bias
-// found.
+// The window under a calibration, unless that leaves too little of it.
+std::shared_ptr<const InitWindow> seenThrough(const Calibration& calibration,
+                                              const std::shared_ptr<const InitWindow>& window) {
+  const auto seen = withCalibration(*window, calibration);
+  return seen != nullptr && seen->size() >= kMinKeyframes ? seen : window;
+}
+
+// With a rolling shutter: rows turned to the middle row.
+std::shared_ptr<const InitWindow> compensated(const std::shared_ptr<const InitWindow>& window,
+                                              const Eigen::Vector3d& gyro_bias) {
+  const auto turned = withRowsCompensated(*window, gyro_bias);
+  return turned != nullptr ? turned : window;
+}
+
+// Vanishing points, bias and calibration of `raw`, rows compensated at a bias of zero.
 BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
                                const Calibration& handed_in, GivenCalibration given,
                                const InitializerOptions& options, WorkBudget* budget,
                                RotationStage* stage) {
   stage->window = raw;
-  const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
-    if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
-  };
-  compensate(Eigen::Vector3d::Zero());
   // The estimator looks at it until the end.
-  const std::shared_ptr<const InitWindow> window = stage->window;
+  const std::shared_ptr<const InitWindow> window = compensated(raw, Eigen::Vector3d::Zero());
   std::vector<VanishingPoint> vanishing_points;
   if (options.slim.vanishing_points) {
     vanishing_points = trackVanishingPoints(*window, options.vanishing_point);
     for (VanishingPoint& vp : vanishing_points) vp.covariance *= kVpInflation;
   }
+  RigPrior rig = priorOf(handed_in, raw->calibration());
+  if (given == GivenCalibration::kKept) rig.sigmas.rotation_deg = rig.sigmas.td_s = 0.0;
   RobustBiasEstimator estimator(*window,
                                 options.slim.vanishing_points ? &vanishing_points : nullptr,
-                                options.inertial, budget);
+                                options.inertial, rig, budget);
   const auto adopt = [&](const RobustBias& bias) {
     stage->bias = bias;
-    if (bias.valid()) compensate(bias.gyro_bias);
     return betterCalibration(*stage, handed_in, given);
   };
   const BetterCalibration better = adopt(estimator.quick());
-  // A wrong calibration looks like wrong tracks: the search for those waits for a better one.
+  // A wrong camera looks like wrong tracks: the search for those waits for a better one.
   const bool last = stage->rounds + 1 >= kMaxRounds;
   return stage->bias.clean || !(better.is_near || last) ? better : adopt(estimator.thorough());
 }
@@ -213,19 +184,6 @@ BetterCalibration solveRotations(const std::shared_ptr<const InitWindow>& raw,
   return better;
 }
 
-// What is known of the calibration given, against the one found.
-RigPrior priorOf(const RotationStage& stage, const Calibration& handed_in,
-                 const BetterCalibration& better) {
-  const Calibration& found = stage.window->calibration();
-  RigPrior prior;
-  prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;
-  prior.mean.dtd = handed_in.td - found.td;
-  prior.mean.dreadout = handed_in.readout_s - found.readout_s;
-  prior.sigmas = handed_in.sigmas;
-  prior.sigmas.readout_s = better.readout.sigma;
-  return prior;
-}
-
 }  // namespace
 
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
@@ -234,34 +192,34 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   const Calibration& handed_in = window.calibration();
   RotationStage stage;
   std::shared_ptr<const InitWindow> raw = unowned(window);
-  stage.window = raw;
+  stage.window = stage.tracks = raw;
   if (given == GivenCalibration::kReplaced &&
       handed_in.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
     const ExtrinsicRotation found = estimateExtrinsicRotation(window);
     stage.message = found.message;
-    stage.tracks = raw;
-    if (!found.valid) return stage;
+    if (!found.message.empty()) return stage;
     Calibration better = handed_in;
     better.R_b_c = found.R_b_c;
-    stage.window = raw = withCalibration(window, better);
+    raw = withCalibration(window, better);
   }
   BetterCalibration better = solveRotations(raw, handed_in, given, options, budget, &stage);
   while (!better.is_near && stage.rounds < kMaxRounds &&
          budget->allows("a better calibration of the rotations")) {
-    const std::shared_ptr<const InitWindow> seen = withCalibration(*raw, better.value);
-    if (seen == nullptr || seen->size() < kMinKeyframes) break;
-    raw = seen;
+    raw = seenThrough(better.value, raw);
     better = solveRotations(raw, handed_in, given, options, budget, &stage);
   }
-  Calibration found = stage.window->calibration();
-  if (better.value.sigma_px != found.pointSigmaPx()) {
-    found.sigma_px = better.value.sigma_px;
-    stage.window = withCalibration(*stage.window, found);
-  }
-  stage.prior = priorOf(stage, handed_in, better);
-  stage.tracks = stage.window;
+  const Eigen::Vector3d gyro_bias =
+      stage.bias.valid() ? stage.bias.gyro_bias : Eigen::Vector3d::Zero();
+  const auto finished = [&](const std::shared_ptr<const InitWindow>& cut) {
+    return compensated(seenThrough(better.value, cut), gyro_bias);
+  };
+  raw = stage.window;
+  stage.tracks = stage.window = finished(raw);
+  stage.prior = priorOf(handed_in, stage.window->calibration());
+  stage.prior.sigmas.readout_s = better.readout.sigma;
   if (!stage.bias.valid() || !options.slim.prune_tracks) return stage;
-  if (auto pruned = withObservations(*stage.window, stage.bias.pruning.keep)) stage.tracks = pruned;
+  if (auto pruned = withObservations(*raw, stage.bias.pruning.keep))
+    stage.tracks = finished(pruned);
   return stage;
 }
 

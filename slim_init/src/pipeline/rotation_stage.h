@@ -7,8 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "estimation/inertial_factor.h"
-#include "rotation/calibration_check.h"
+#include "imu/rig_prior.h"
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -33,19 +32,18 @@ struct RotationStage {
   std::string message;
   /// Calibration of the window handed in, against that of `window`, and its standard deviations.
   RigPrior prior;
-  int rounds = 0;  ///< 1 where the calibration handed in was near enough
+  int rounds = 0;  ///< 1 where noise and readout time were near enough
 };
 
 /// Whether a calibration that the rotations contradict is replaced. Kept is the one that a host has
 /// flown with: its state is that of a body under it.
 enum class GivenCalibration { kReplaced, kKept };
 
-/// Estimates the bias under the calibration of the window. Where rotations that the points see
-/// alone (checkCalibration()) say that extrinsic rotation or td are off by more than they can tell,
-/// or their residuals that readout or noise are others, the window is seen through the better
-/// calibration and the bias estimated again; wrong tracks are searched for in the last of these.
-/// `budget` counts the work; at kShareOfRotations of it no further start and no further calibration
-/// is tried.
+/// Estimates bias, extrinsic rotation and td under what is known of the calibration, and sees the
+/// window through what was found. Where the residuals of the rotations say that readout or noise
+/// are others, all of it again with those; wrong tracks are searched for in the last round.
+/// `budget` counts the work; at kShareOfRotations of it no further start and no further round is
+/// tried.
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
                                 WorkBudget* budget,
                                 GivenCalibration given = GivenCalibration::kReplaced);

@@ -14,16 +14,15 @@ namespace slim_init {
 
 /// A first extrinsic rotation, with bias of the gyroscope and td unknown.
 struct ExtrinsicRotation {
-  bool valid = false;  ///< the motion determines it to kMaxHandEyeSigmaDeg
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
-  /// Where it is not valid: what is missing, and about which axis the rig has to turn.
+  /// Not empty where the motion does not determine it to kMaxHandEyeSigmaDeg: what is missing, and
+  /// about which axis the rig has to turn.
   std::string message;
 };
 
 /// From consecutive keyframes, whatever the calibration of the window says about R_b_c: the
-/// rotations that the points of a pair see (relativeRotation()), the extrinsic rotation that most
-/// pairs agree with, and from there rotation, bias and td by checkCalibration().
-/// estimateRotations() goes on with it.
+/// rotations that the points of a pair see (relativeRotation()), and the extrinsic rotation that
+/// most pairs agree with. estimateRotations() goes on with it.
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window);
 
 }  // namespace slim_init

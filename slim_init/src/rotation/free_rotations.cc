@@ -8,7 +8,6 @@
 #include "geometry/minimize.h"
 #include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "rotation/calibration_check.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
@@ -16,8 +15,15 @@ namespace {
 
 // With a wider cutoff than this the known baseline is not trusted [sigma].
 constexpr double kWideCutoff = 5.0;
-// Largest correction [rad], 17 deg; more is a wrong minimum.
-constexpr double kLargestCorrection = 0.3;
+// Where nothing is known, 40 are 24 px, and where the rotation is near.
+const CutoffSchedule kFar = {40.0, 10.0, 3.0, 3.0};
+const CutoffSchedule kNear = {3.0};
+// Share of its variance that a Gaussian has within kOutlierSigmas.
+constexpr double kVarianceWithinCutoff = 0.9733;
+// From the median on the standard deviation has settled to a percent after so many rounds.
+constexpr int kNoiseRounds = 10;
+// Median of the square of a Gaussian.
+constexpr double kMedianOfSquare = 0.45494;
 
 // Minimum over R near that of `at`, weights fixed.
 void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
@@ -94,25 +100,19 @@ double spread(const PairPoints& points, const RelativeRotation& at) {
 
 }  // namespace
 
-std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
-                                              const PairRotations& rotations,
-                                              const Baselines& baselines, int gap,
-                                              const CutoffSchedule& schedule) {
-  std::vector<RotationCorrection> out;
+std::vector<RelativeRotation> freeRotations(const KeyframePairs& pairs,
+                                            const PairRotations& rotations,
+                                            const Baselines& baselines, int gap) {
+  std::vector<RelativeRotation> out;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const KeyframePair& pair = pairs[p];
-    if (!pair.use_points || pair.gap() != gap) continue;
-    const Eigen::Matrix3d& R_gyro = rotations[p].R_ci_cj;
+    if (!pairs[p].use_points || pairs[p].gap() != gap) continue;
     RelativeRotation at;
-    at.R_ci_cj = R_gyro;
+    at.R_ci_cj = rotations[p].R_ci_cj;
     at.baseline = baselines[p];
-    if (!freeRotation(pair.points, pairs.sigma(), schedule, static_cast<unsigned>(p), &at)) {
-      continue;
+    at.pair = p;
+    if (freeRotation(pairs[p].points, pairs.sigma(), kNear, static_cast<unsigned>(p), &at)) {
+      out.push_back(at);
     }
-    const Eigen::Vector3d phi = logSO3(R_gyro.transpose() * at.R_ci_cj);
-    if (!(phi.norm() < kLargestCorrection)) continue;
-    out.push_back(
-        {p, pair.i, pair.j, R_gyro, rotations[p].dR_dbg, phi, at.information, at.baseline});
   }
   return out;
 }
@@ -129,7 +129,7 @@ bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* 
   for (const Eigen::Matrix3d& R : startsFor(points, flow)) {
     RelativeRotation at;
     at.R_ci_cj = R;
-    if (!freeRotation(points, sigma, kFreeFromFar, 0, &at)) continue;
+    if (!freeRotation(points, sigma, kFar, 0, &at)) continue;
     const double cost =
         points.consensusBaseline(at.R_ci_cj, sigma, {kOutlierSigmas, 0}, 0, at.baseline).cost;
     if (!(cost < lowest)) continue;
@@ -139,12 +139,34 @@ bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* 
   if (!std::isfinite(lowest)) return false;
   // The noise may be another than the one given; that of the points depends on their weights.
   for (int round = 0; round < kSpreadRounds; ++round) {
-    if (!freeRotation(points, spread(points, best), kFreeFromClean, 0, &best)) return false;
+    if (!freeRotation(points, spread(points, best), kNear, 0, &best)) return false;
   }
   best.residual = spread(points, best);
   best.flow = flow;
   *result = best;
   return true;
+}
+
+double noiseVariance(const std::vector<double>& squares) {
+  double variance = median(squares) / kMedianOfSquare;
+  for (int round = 0; round < kNoiseRounds; ++round) {
+    const double limit = kOutlierSigmas * kOutlierSigmas * variance;
+    double sum = 0.0, within = 0.0, beyond = 0.0;
+    for (const double z2 : squares) {
+      if (z2 <= limit) {
+        sum += z2;
+        within += 1.0;
+      } else if (z2 <= 4.0 * limit) {
+        beyond += 1.0;
+      }
+    }
+    // Gross errors are spread evenly: as many lie within the cutoff as in the range of the same
+    // width beyond it, each with a third of the cutoff's square.
+    const double good = sum - beyond * limit / 3.0;
+    if (!(within > beyond) || !(good > 0.0)) break;
+    variance = good / (within - beyond) / kVarianceWithinCutoff;
+  }
+  return variance;
 }
 
 }  // namespace slim_init

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -12,9 +13,6 @@
 namespace slim_init {
 namespace {
 
-// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
-// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
-constexpr double kRelinearizeTolerance = 1e-3;
 // Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
 // point nearer to the baseline than this has noise of second order that the weight, of first
 // order, does not know.
@@ -157,29 +155,44 @@ int KeyframePairs::pointPairs() const {
                                         [](const KeyframePair& pair) { return pair.use_points; }));
 }
 
-GyroRotations::GyroRotations(const InitWindow& window)
-    : window_(window),
-      pre_(preintegrateWindow(window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
-                              PreintegrationParts::kRotation)) {}
-
-void GyroRotations::linearizeNear(const Eigen::Vector3d& gyro_bias) {
-  if ((gyro_bias - pre_.front().gyro_bias).norm() <= kRelinearizeTolerance) return;
-  pre_ = preintegrateWindow(window_, gyro_bias, Eigen::Vector3d::Zero(),
-                            PreintegrationParts::kRotation);
+GyroRotations::GyroRotations(const InitWindow& window) : window_(window) {
+  integrate(Eigen::Vector3d::Zero(), 0.0);
 }
 
-PairRotations GyroRotations::at(const Eigen::Vector3d& gyro_bias, const KeyframePairs& pairs,
+void GyroRotations::integrate(const Eigen::Vector3d& gyro_bias, double td) {
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  td_ = coveredShift(window_, td);
+  pre_ = preintegrateWindow(window_, {gyro_bias, none}, ImuNoise(), td_,
+                            PreintegrationParts::kRotation);
+  instants_ = imuInstants(window_, td_, gyro_bias, none);
+}
+
+void GyroRotations::linearizeNear(const RotationUnknowns& x) {
+  const Eigen::Vector3d gyro_bias = x.head<3>();
+  if ((gyro_bias - pre_.front().gyro_bias).norm() > kRelinearizeTolerance ||
+      std::abs(coveredShift(window_, x[6]) - td_) > kRelinearizeTolerance) {
+    integrate(gyro_bias, x[6]);
+  }
+}
+
+PairRotations GyroRotations::at(const RotationUnknowns& x, const KeyframePairs& pairs,
                                 int max_gap) const {
-  const Eigen::Matrix3d R_c_b = window_.calibration().R_b_c.transpose();
-  // R_c0_ck, and in c0 the rotation vector by which the bias moves it (docs/derivation.md, 1.2).
-  std::vector<Eigen::Matrix3d> attitude(pre_.size() + 1), derivative(pre_.size() + 1);
-  attitude[0].setIdentity();
-  derivative[0].setZero();
-  for (std::size_t k = 0; k < pre_.size(); ++k) {
+  const Eigen::Vector3d gyro_bias = x.head<3>(), extrinsic = x.segment<3>(3);
+  const Eigen::Matrix3d R_b_c = window_.calibration().R_b_c * expSO3(extrinsic);
+  const Eigen::Matrix3d by_extrinsic = rightJacobian(extrinsic);
+  // R_b0_ck, and in b0 the rotation vectors by which the unknowns move it
+  // (docs/derivation.md, 1.2).
+  std::vector<Eigen::Matrix3d> attitude(pre_.size() + 1);
+  std::vector<Eigen::Matrix<double, 3, 7>> derivative(pre_.size() + 1);
+  Eigen::Matrix3d R_b0_b = Eigen::Matrix3d::Identity(), by_bias = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < attitude.size(); ++k) {
+    const Eigen::Vector3d& rate = instants_[k].rate;
+    attitude[k] = R_b0_b * expSO3(rate * (x[6] - td_)) * R_b_c;
+    derivative[k] << by_bias, attitude[k] * by_extrinsic, R_b0_b * rate;
+    if (k == pre_.size()) break;
     const Eigen::Vector3d phi = pre_[k].dR_dbg * (gyro_bias - pre_[k].gyro_bias);
-    attitude[k + 1] = attitude[k] * (R_c_b * (pre_[k].dR * expSO3(phi)) * R_c_b.transpose());
-    derivative[k + 1] =
-        derivative[k] + attitude[k + 1] * (R_c_b * (rightJacobian(phi) * pre_[k].dR_dbg));
+    R_b0_b = R_b0_b * (pre_[k].dR * expSO3(phi));
+    by_bias += R_b0_b * (rightJacobian(phi) * pre_[k].dR_dbg);
   }
   PairRotations out(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -187,7 +200,7 @@ PairRotations GyroRotations::at(const Eigen::Vector3d& gyro_bias, const Keyframe
     if (pair.gap() > max_gap) continue;
     const Eigen::Matrix3d Rt = attitude[pair.j].transpose();
     out[p].R_ci_cj = attitude[pair.i].transpose() * attitude[pair.j];
-    out[p].dR_dbg = Rt * (derivative[pair.j] - derivative[pair.i]);
+    out[p].J = Rt * (derivative[pair.j] - derivative[pair.i]);
   }
   return out;
 }

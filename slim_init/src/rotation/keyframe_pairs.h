@@ -121,31 +121,43 @@ class KeyframePairs {
   std::vector<KeyframePair> pairs_;
 };
 
+/// What turns the rotations of the gyroscope: its bias (3) [rad/s], and the error of the window's
+/// calibration, which has the extrinsic rotation R_b_c Exp(3) [rad] and td later by the last [s].
+using RotationUnknowns = Eigen::Matrix<double, 7, 1>;
+
 /// Rotation of a pair as the gyroscope has it.
 struct PairRotation {
   Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();  ///< R Exp(dR_dbg d) for a bias d more
+  /// R Exp(J d) for unknowns d more.
+  Eigen::Matrix<double, 3, 7> J = Eigen::Matrix<double, 3, 7>::Zero();
 };
 /// One per pair.
 using PairRotations = std::vector<PairRotation>;
 
-/// The gyroscope between the keyframes. Rotations at a bias are of first order about the bias of
-/// the last integration. Keeps a reference to the window.
+/// Bias [rad/s] and td [s] may be this far from where the gyro was integrated: the correction of
+/// first order is then wrong by 1e-6 rad over two seconds, a hundredth of what the points know.
+inline constexpr double kRelinearizeTolerance = 1e-3;
+
+/// The gyroscope between the keyframes. Exact in the extrinsic rotation, of first order about bias
+/// and td of the last integration. Keeps a reference to the window.
 class GyroRotations {
  public:
-  /// Integrates at a bias of zero.
+  /// Integrates at unknowns of zero.
   explicit GyroRotations(const InitWindow& window);
 
-  /// Integrates anew at `gyro_bias` [rad/s] where the last integration is further off than
-  /// kRelinearizeTolerance.
-  void linearizeNear(const Eigen::Vector3d& gyro_bias);
+  /// Integrates anew at `x` where the last integration is further off than kRelinearizeTolerance.
+  void linearizeNear(const RotationUnknowns& x);
 
   /// Rotations of the pairs up to `max_gap` keyframes apart; the identity for the others.
-  PairRotations at(const Eigen::Vector3d& gyro_bias, const KeyframePairs& pairs, int max_gap) const;
+  PairRotations at(const RotationUnknowns& x, const KeyframePairs& pairs, int max_gap) const;
 
  private:
+  void integrate(const Eigen::Vector3d& gyro_bias, double td);
+
   const InitWindow& window_;
   std::vector<Preintegration> pre_;
+  std::vector<ImuInstant> instants_;  // at the keyframes
+  double td_ = 0.0;                   // of both, against that of the window
 };
 
 /// Direction of translation per pair, unit, in c_i; zero where it is not known.

@@ -21,6 +21,9 @@ constexpr int kPointsToSkip = 25;
 // Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
 // not built to better than a milliradian.
 constexpr double kVpModelVariance = 1e-6;
+// Standard deviation of a rotation of the gyroscope itself, by vibration and scale error [rad]: no
+// pair is more exact, however many points it has.
+constexpr double kGyroError = 1e-3;
 
 // The shortest gap that enters a minimisation.
 int shortestGap(const KeyframePairs& pairs) {
@@ -31,8 +34,8 @@ int shortestGap(const KeyframePairs& pairs) {
   return longer_suffice ? 2 : 1;
 }
 
-Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
-  Eigen::Matrix3d H = at.hessian;
+Eigen::Matrix<double, 7, 7> dampDiagonal(const QuadraticModel<7>& at, double damping) {
+  Eigen::Matrix<double, 7, 7> H = at.hessian;
   H.diagonal() *= 1.0 + damping;
   return H;
 }
@@ -41,10 +44,11 @@ Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
 
 MultiGapProblem::MultiGapProblem(const InitWindow& window,
                                  const std::vector<VanishingPoint>* vanishing_points,
-                                 const InertialOptions& inertial)
+                                 const InertialOptions& inertial, const RigPrior& rig)
     : window_(window),
       vps_(vanishing_points),
       gyro_bias_prior_(inertial.gyro_bias_prior),
+      rig_(rig),
       pairs_(window, kLongestGap),
       shortest_gap_(shortestGap(pairs_)),
       gyro_(window) {}
@@ -67,27 +71,28 @@ bool MultiGapProblem::sameVanishingPoint(const KeyframePair& pair) const {
   return vp_i.found && vp_j.found && vp_i.track_id == vp_j.track_id;
 }
 
-PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap) {
-  gyro_.linearizeNear(gyro_bias);
-  return gyro_.at(gyro_bias, pairs_, max_gap);
+PairRotations MultiGapProblem::rotationsAt(const RotationUnknowns& x, int max_gap) {
+  gyro_.linearizeNear(x);
+  return gyro_.at(x, pairs_, max_gap);
 }
 
 void MultiGapProblem::addPoints(std::size_t p, const PairRotation& rotation, double share,
                                 const NormalizedEpipolarPair& weighted, Eigen::Vector3d* baseline,
-                                QuadraticModel<3>* sum) const {
+                                QuadraticModel<7>* sum) const {
   if (!pairs_[p].use_points || !(weighted.robustCount() > kPairUnknowns)) return;
   const double sigma2 = pairs_.sigma() * pairs_.sigma();
   const NormalizedEvaluation at =
       weighted.evaluate(rotation.R_ci_cj, kBaselinePriorSigmas2 * sigma2, *baseline);
-  const double scale = share * weighted.robustCount() / sigma2;
+  const double n = weighted.robustCount();
+  const double scale = share * n / (sigma2 + n / kPairUnknowns * kGyroError * kGyroError);
   sum->cost += scale * at.lambda;
-  sum->gradient += scale * (rotation.dR_dbg.transpose() * at.gradient);
-  sum->hessian += scale * (rotation.dR_dbg.transpose() * at.hessian * rotation.dR_dbg);
+  sum->gradient += scale * (rotation.J.transpose() * at.gradient);
+  sum->hessian += scale * (rotation.J.transpose() * at.hessian * rotation.J);
   *baseline = at.baseline;
 }
 
 void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rotation, double share,
-                                         QuadraticModel<3>* sum) const {
+                                         QuadraticModel<7>* sum) const {
   if (!sameVanishingPoint(pairs_[p])) return;
   const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
   const double c2 = kOutlierSigmas * kOutlierSigmas;
@@ -96,22 +101,37 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
   whitenedVpResidual((*vps_)[pairs_[p].i], (*vps_)[pairs_[p].j],
                      R_b_c * rotation.R_ci_cj * R_b_c.transpose(), R_b_c, &z, &dz);
   const double weight = 1.0 / (1.0 + z.squaredNorm() / c2);
-  const Eigen::Matrix<double, 2, 3> J = dz * R_b_c * rotation.dR_dbg;
+  const Eigen::Matrix<double, 2, 7> J = dz * R_b_c * rotation.J;
   sum->cost += share * c2 * std::log1p(z.squaredNorm() / c2);
   sum->gradient += 2.0 * share * weight * (J.transpose() * z);
   sum->hessian += 2.0 * share * weight * (J.transpose() * J);
 }
 
-QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, int max_gap,
+void MultiGapProblem::addPriors(const RotationUnknowns& x, QuadraticModel<7>* sum) const {
+  const double information = 1.0 / (gyro_bias_prior_ * gyro_bias_prior_);
+  sum->cost += information * x.head<3>().squaredNorm();
+  sum->gradient.head<3>() += 2.0 * information * x.head<3>();
+  sum->hessian.diagonal().head<3>().array() += 2.0 * information;
+  RigError rig = rig_.mean;  // with nothing known of the rest
+  rig.dR = expSO3(x.segment<3>(3));
+  rig.dtd = x[6];
+  const RigPriorTerm term = rigPriorTerm(rig_, rig);
+  const Eigen::Matrix3d J = rightJacobian(x.segment<3>(3));
+  const int td = 6;  // in both
+  sum->cost += term.cost;
+  sum->gradient.segment<3>(3) += 2.0 * (J.transpose() * term.g.head<3>());
+  sum->gradient[td] += 2.0 * term.g[td];
+  sum->hessian.block<3, 3>(3, 3) += 2.0 * (J.transpose() * term.H.topLeftCorner<3, 3>() * J);
+  sum->hessian(td, td) += 2.0 * term.H(td, td);
+}
+
+QuadraticModel<7> MultiGapProblem::evaluate(const RotationUnknowns& x, int max_gap,
                                             const WeightedPairs& weighted,
                                             Baselines* baselines) const {
-  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, max_gap);
+  const PairRotations rotations = gyro_.at(x, pairs_, max_gap);
   const double share = shareOf(max_gap);
-  const double prior = 1.0 / (gyro_bias_prior_ * gyro_bias_prior_);
-  QuadraticModel<3> sum;
-  sum.cost = prior * gyro_bias.squaredNorm();
-  sum.gradient = 2.0 * prior * gyro_bias;
-  sum.hessian = 2.0 * prior * Eigen::Matrix3d::Identity();
+  QuadraticModel<7> sum;
+  addPriors(x, &sum);
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     if (!enters(pairs_[p], max_gap)) continue;
     addPoints(p, rotations[p], share, weighted[p], &(*baselines)[p], &sum);
@@ -120,10 +140,9 @@ QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, in
   return sum;
 }
 
-WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                     double cutoff_sigmas, const PointMasks& masks,
-                                     Baselines* baselines) {
-  const PairRotations rotations = rotationsAt(gyro_bias, max_gap);
+WeightedPairs MultiGapProblem::weigh(const RotationUnknowns& x, int max_gap, double cutoff_sigmas,
+                                     const PointMasks& masks, Baselines* baselines) {
+  const PairRotations rotations = rotationsAt(x, max_gap);
   const Eigen::ArrayXd all_points;
   WeightedPairs weighted(pairs_.size());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
@@ -141,35 +160,33 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, int max_g
   return weighted;
 }
 
-BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
-                                      const CutoffSchedule& schedule, const PointMasks& masks,
-                                      Baselines baselines) {
-  BiasMinimum out;
-  out.gyro_bias = start;
+RotationMinimum MultiGapProblem::minimize(const RotationUnknowns& start, int max_gap,
+                                          const CutoffSchedule& schedule, const PointMasks& masks,
+                                          Baselines baselines) {
+  RotationMinimum out;
+  out.x = start;
   out.baselines = std::move(baselines);
-  for (const double& cutoff : schedule) {
-    if (!out.gyro_bias.allFinite()) break;
-    out.weighted = weigh(out.gyro_bias, max_gap, cutoff, masks, &out.baselines);
-    const auto evaluateAt = [&](const Eigen::Vector3d& bias) {
-      return evaluate(bias, max_gap, out.weighted, &out.baselines);
+  for (const double cutoff : schedule) {
+    if (!out.x.allFinite()) break;
+    out.weighted = weigh(out.x, max_gap, cutoff, masks, &out.baselines);
+    const auto evaluateAt = [&](const RotationUnknowns& x) {
+      return evaluate(x, max_gap, out.weighted, &out.baselines);
     };
     LevenbergMarquardtOptions options;
-    // The weights of the next round move the minimum anyway.
-    const bool last = &cutoff == &schedule.back();
-    options.relative_decrease = last ? kCostTolerance : kRoundTolerance;
-    const auto lower = [](const QuadraticModel<3>& there, const QuadraticModel<3>& here) {
+    options.relative_decrease = kCostTolerance;
+    const auto lower = [](const QuadraticModel<7>& there, const QuadraticModel<7>& here) {
       return there.cost < here.cost;
     };
-    QuadraticModel<3> at = evaluateAt(out.gyro_bias);
+    QuadraticModel<7> at = evaluateAt(out.x);
     out.iterations +=
-        minimizeLevenbergMarquardt(options, evaluateAt, dampDiagonal, lower, &out.gyro_bias, &at);
+        minimizeLevenbergMarquardt(options, evaluateAt, dampDiagonal, lower, &out.x, &at);
   }
   return out;
 }
 
-Baselines MultiGapProblem::baselinesAt(const BiasMinimum& minimum, int max_gap) const {
+Baselines MultiGapProblem::baselinesAt(const RotationMinimum& minimum, int max_gap) const {
   Baselines baselines = minimum.baselines;
-  evaluate(minimum.gyro_bias, max_gap, minimum.weighted, &baselines);
+  evaluate(minimum.x, max_gap, minimum.weighted, &baselines);
   return baselines;
 }
 

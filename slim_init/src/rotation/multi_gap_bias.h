@@ -1,13 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs at several gaps,
-// with vanishing points weighted by their own covariance.
+// Gyroscope bias, extrinsic rotation and td of `slim`: noise-normalised epipolar cost over keyframe
+// pairs at several gaps, with vanishing points weighted by their own covariance, under the priors.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "geometry/minimize.h"
+#include "imu/rig_prior.h"
 #include "lines/vanishing_point.h"
 #include "rotation/keyframe_pairs.h"
 #include "rotation/normalized_epipolar_pair.h"
@@ -25,63 +26,65 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 /// One weighted cost per pair; of pairs that did not enter it is not set.
 using WeightedPairs = std::vector<NormalizedEpipolarPair>;
 
-/// Minimum of the cost over the bias, with what belongs to it.
-struct BiasMinimum {
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  Baselines baselines;                                  ///< of the last evaluation
-  WeightedPairs weighted;                               ///< of the last round
-  int iterations = 0;                                   ///< accepted steps
+/// Minimum of the cost, with what belongs to it.
+struct RotationMinimum {
+  RotationUnknowns x = RotationUnknowns::Zero();
+  Baselines baselines;     ///< of the last evaluation
+  WeightedPairs weighted;  ///< of the last round
+  int iterations = 0;      ///< accepted steps
 };
 
-/// The cost over the gyroscope bias (docs/derivation.md, 1.2) of one window. Pairs are built once;
+/// The cost over RotationUnknowns (docs/derivation.md, 1.2) of one window. Pairs are built once;
 /// baselines, masks and weights are values that the caller passes in and gets back. The one thing
-/// that calls leave behind is the bias at which the gyro was last integrated. Keeps references to
+/// that calls leave behind is where the gyro was last integrated. Keeps references to
 /// its arguments.
 class MultiGapProblem {
  public:
-  /// `vanishing_points` may be null, else one per keyframe.
+  /// `vanishing_points` may be null, else one per keyframe. `rig`: of extrinsic rotation and td.
   MultiGapProblem(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const InertialOptions& inertial);
+                  const InertialOptions& inertial, const RigPrior& rig);
 
   const KeyframePairs& pairs() const { return pairs_; }
   /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
   /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
   bool enters(const KeyframePair& pair, int max_gap) const;
 
-  /// Rotations of the pairs up to `max_gap` at a bias, integrated anew there if need be
+  /// Rotations of the pairs up to `max_gap`, integrated anew there if need be
   /// (GyroRotations::linearizeNear()).
-  PairRotations rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap);
+  PairRotations rotationsAt(const RotationUnknowns& x, int max_gap);
 
   /// Iteratively re-weighted Levenberg-Marquardt over the pairs up to `max_gap` keyframes and the
   /// points that `masks` leave: a round per cutoff, the last one to convergence. `baselines`: for
   /// the weights of the first round; where one is not known all points of its pair weigh alike.
-  BiasMinimum minimize(const Eigen::Vector3d& start, int max_gap, const CutoffSchedule& schedule,
-                       const PointMasks& masks, Baselines baselines);
+  RotationMinimum minimize(const RotationUnknowns& start, int max_gap,
+                           const CutoffSchedule& schedule, const PointMasks& masks,
+                           Baselines baselines);
 
-  /// Weights at a bias, as a round of minimize() begins. Baselines that are not known are filled
-  /// in.
-  WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, int max_gap, double cutoff_sigmas,
+  /// Weights as a round of minimize() begins. Baselines that are not known are filled in.
+  WeightedPairs weigh(const RotationUnknowns& x, int max_gap, double cutoff_sigmas,
                       const PointMasks& masks, Baselines* baselines);
 
-  /// The baselines that minimise the cost at the bias of `minimum`.
-  Baselines baselinesAt(const BiasMinimum& minimum, int max_gap) const;
+  /// The baselines that minimise the cost at `minimum`.
+  Baselines baselinesAt(const RotationMinimum& minimum, int max_gap) const;
 
  private:
   // A point enters once per gap; its information counts about once.
   double shareOf(int max_gap) const;
-  // Cost of eq. 1.2 at a bias; the baselines that minimise it there are written.
-  QuadraticModel<3> evaluate(const Eigen::Vector3d& gyro_bias, int max_gap,
-                             const WeightedPairs& weighted, Baselines* baselines) const;
+  // Cost of eq. 1.2; the baselines that minimise it are written.
+  QuadraticModel<7> evaluate(const RotationUnknowns& x, int max_gap, const WeightedPairs& weighted,
+                             Baselines* baselines) const;
   void addPoints(std::size_t p, const PairRotation& rotation, double share,
                  const NormalizedEpipolarPair& weighted, Eigen::Vector3d* baseline,
-                 QuadraticModel<3>* sum) const;
+                 QuadraticModel<7>* sum) const;
   void addVanishingPoints(std::size_t p, const PairRotation& rotation, double share,
-                          QuadraticModel<3>* sum) const;
+                          QuadraticModel<7>* sum) const;
+  void addPriors(const RotationUnknowns& x, QuadraticModel<7>* sum) const;
   bool sameVanishingPoint(const KeyframePair& pair) const;
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
   const double gyro_bias_prior_;  // [rad/s]
+  const RigPrior rig_;
   const KeyframePairs pairs_;
   const int shortest_gap_;
   GyroRotations gyro_;

@@ -22,9 +22,8 @@ inline constexpr double kBaselinePriorSigmas2 = 0.5;
 /// weight, do not determine them.
 inline constexpr int kPairUnknowns = 5;
 /// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
-/// thousandth of a standard deviation of the bias in the last round, a tenth before.
-inline constexpr double kCostTolerance = 1e-9;
-inline constexpr double kRoundTolerance = 1e-5;
+/// hundredth of a standard deviation of the unknowns.
+inline constexpr double kCostTolerance = 1e-7;
 
 /// min over e of e^T M e / e^T N e with derivatives under R Exp(delta), weights fixed.
 struct NormalizedEvaluation {

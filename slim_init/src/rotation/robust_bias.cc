@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "geometry/robust.h"
+#include "geometry/so3.h"
+#include "rotation/free_rotations.h"
 
 namespace slim_init {
 namespace {
@@ -29,8 +31,9 @@ const std::vector<RefinementPass> kThorough = {
 
 RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
                                          const std::vector<VanishingPoint>* vanishing_points,
-                                         const InertialOptions& inertial, WorkBudget* budget)
-    : window_(window), budget_(budget), problem_(window, vanishing_points, inertial) {
+                                         const InertialOptions& inertial, const RigPrior& rig,
+                                         WorkBudget* budget)
+    : window_(window), budget_(budget), problem_(window, vanishing_points, inertial, rig) {
   for (const KeyframePair& pair : problem_.pairs()) points_ += pair.points.count();
   spend(kWorkPerKeyframe * window.size());
 }
@@ -40,30 +43,30 @@ void RobustBiasEstimator::spend(double work) {
 }
 
 double RobustBiasEstimator::findBaselines(int max_gap, const ConsensusOptions& options) {
-  return slim_init::findBaselines(problem_.pairs(),
-                                  problem_.rotationsAt(minimum_.gyro_bias, max_gap), max_gap,
-                                  options, &minimum_.baselines);
+  return slim_init::findBaselines(problem_.pairs(), problem_.rotationsAt(minimum_.x, max_gap),
+                                  max_gap, options, &minimum_.baselines);
 }
 
 void RobustBiasEstimator::minimize(int max_gap, const CutoffSchedule& schedule,
                                    const PointMasks& masks) {
-  minimum_ = problem_.minimize(minimum_.gyro_bias, max_gap, schedule, masks,
-                               std::move(minimum_.baselines));
+  minimum_ = problem_.minimize(minimum_.x, max_gap, schedule, masks, std::move(minimum_.baselines));
   spend(kWorkPerPair * static_cast<double>(problem_.pairs().size()) * minimum_.iterations);
 }
 
-void RobustBiasEstimator::start() {
+double RobustBiasEstimator::start(const CutoffSchedule& schedule) {
   spend(kWorkPerPoint * points_);
+  minimum_ = RotationMinimum();
   minimum_.baselines = unknownBaselines(problem_.pairs());
-  findBaselines(kShortGap, {kNarrowStart.front()});
-  minimize(kShortGap, kNarrowStart, {});
+  findBaselines(kShortGap, {schedule.front()});
+  minimize(kShortGap, schedule, {});
+  return findBaselines(kShortGap, {kOutlierSigmas});
 }
 
 void RobustBiasEstimator::refine(const std::vector<RefinementPass>& passes) {
   for (const RefinementPass& pass : passes) {
     spend(kWorkPerPoint * points_);
     found_.pruning =
-        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.gyro_bias, kLongGap),
+        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.x, kLongGap),
                     {pass.pruning_factor * kAgreementSigmas}, &minimum_.baselines);
     findBaselines(kLongestGap, {kAgreementSigmas});
     minimize(kLongestGap, pass.schedule, masksOf(problem_.pairs(), found_.pruning.keep));
@@ -73,17 +76,20 @@ void RobustBiasEstimator::refine(const std::vector<RefinementPass>& passes) {
 
 RobustBias RobustBiasEstimator::finish() {
   RobustBias out = found_;
-  out.gyro_bias = minimum_.gyro_bias;
-  if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > kMaxBias) {
+  const RotationUnknowns& x = minimum_.x;
+  out.gyro_bias = x.head<3>();
+  if (!x.allFinite() || out.gyro_bias.norm() > kMaxBias) {
     out.status = InitStatus::kNumericalFailure;
     return out;
   }
+  out.rig.dR = expSO3(x.segment<3>(3));
+  out.rig.dtd = x[6];
   const KeyframePairs& pairs = problem_.pairs();
-  const Baselines baselines = problem_.baselinesAt(minimum_, kLongestGap);
-  out.rotations = freeRotations(pairs, problem_.rotationsAt(out.gyro_bias, kShortGap), baselines,
-                                kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
-  out.track_sigma = trackNoise(pairs, out.rotations);
-  out.readout = checkReadout(window_, pairs, out.rotations, out.gyro_bias,
+  const std::vector<RelativeRotation> rotations =
+      freeRotations(pairs, problem_.rotationsAt(x, kShortGap),
+                    problem_.baselinesAt(minimum_, kLongestGap), kShortGap);
+  out.track_sigma = trackNoise(pairs, rotations);
+  out.readout = checkReadout(window_, pairs, rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, pairs.sigma()));
   out.status = out.inlierFraction() < kMinInlierFraction ? InitStatus::kInconsistentResiduals
                                                          : InitStatus::kSuccess;
@@ -92,7 +98,12 @@ RobustBias RobustBiasEstimator::finish() {
 
 RobustBias RobustBiasEstimator::quick() {
   if (problem_.pairs().pointPairs() == 0) return found_;
-  start();
+  const double narrow = start(kNarrowStart);
+  if (narrow > kCleanCost) {
+    const RotationMinimum near = minimum_;
+    // It has to halve what the other one leaves above noise: it is free to explain errors.
+    if (!(2.0 * (start(kWideStart) - 1.0) < narrow - 1.0)) minimum_ = near;
+  }
   refine(kQuick);
   found_.clean = found_.inlierFraction() >= kCleanInlierFraction && found_.cost <= kCleanCost;
   return finish();
