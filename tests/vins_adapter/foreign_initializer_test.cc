@@ -227,7 +227,7 @@ TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
     ASSERT_FALSE(oracle_->given.empty());
     const double t = oracle_->given.back().state.t;
     EXPECT_EQ(t > first, damaged == 13) << t;
-    EXPECT_EQ(t < exact_.truth[13].t, damaged > 13) << t;
+    EXPECT_EQ(t<exact_.truth[13].t, damaged> 13) << t;
   }
 }
 

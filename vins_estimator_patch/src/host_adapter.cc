@@ -59,8 +59,7 @@ constexpr double kFreshSolve = 0.5;
 // Frames in a row that have to speak against a host where the initializer has no answer.
 constexpr int kSuspectFrames = 3;
 constexpr double kRadToDeg = 57.29577951308232;
-// Damage that begins later after the last healthy state has not ended its health [s]: something
-// before it has, and what the IMU alone has carried since is not to be continued.
+// Damage that begins later after a healthy state [s] has not ended it: something before it has.
 constexpr double kDamageFollows = 1.0;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
