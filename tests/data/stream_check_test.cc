@@ -127,6 +127,7 @@ TEST_F(LiveStreams, MessagesThatStayLateAreARestart) {
   EXPECT_EQ(imu(11.01), AddStatus::kAdded);
   EXPECT_EQ(frame(10.7), AddStatus::kOutOfOrder);
   EXPECT_EQ(frame(10.8), AddStatus::kRestarted);
+  EXPECT_EQ(imu(11.015), AddStatus::kBeforeJump) << "it lags";
   play(10.81, 2.0);
   EXPECT_EQ(check_.counts().restarts, 1);
 }

@@ -265,6 +265,10 @@ TEST_F(ImagePipelineTest, AJumpInTimeBeginsAnew) {
   bool worked = false;
   pipeline.track(&worked);
   EXPECT_EQ(pipeline.counts().images_tracked, tracked + 1);
+  // Images whose time has gone back have no samples yet.
+  pipeline.addImage(16.3, imageAt(16.3));
+  EXPECT_EQ(pipeline.addImage(16.4, imageAt(16.4)), AddStatus::kRestarted);
+  EXPECT_TRUE(std::isnan(pipeline.imageAheadOfImu()));
 }
 
 TEST_F(ImagePipelineTest, ObservationsThatTheMessageCannotHoldAreLeftOut) {

@@ -36,8 +36,10 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   Config config;
   if (!loadConfig(path, &config, error)) return nullptr;
   if (config.host.num_of_cam != 1 || !config.host.imu) {
-    *error = text(path, ": num_of_cam is ", config.host.num_of_cam, " and imu ", config.host.imu,
-                  ", both must be 1: a host with two cameras or without IMU starts by itself");
+    if (error != nullptr) {
+      *error = text(path, ": num_of_cam is ", config.host.num_of_cam, " and imu ", config.host.imu,
+                    ", both must be 1: a host with two cameras or without IMU starts by itself");
+    }
     return nullptr;
   }
   HostFile read = toHostFile(config.host);

@@ -266,8 +266,7 @@ struct HostGlue::State {
     report(ReportLevel::kWarn, "no line features received; using points only");
   }
 
-  // Reports an answer unless it repeats the one before.
-  // False: it says what was reported a moment ago, or there is none yet.
+  // Reports an answer; false if there is none yet, or it repeats the one before.
   bool reportAnswer(const std::string& action, const HostResult& answer) {
     if (answer.pending) return false;
     const InitStatus status = answer.result.status;
@@ -372,6 +371,8 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   // The host hands the sample after a frame over again with the next frame.
   if (!active() || t == state_->last_imu) return;
   State& state = *state_;
+  // One incorrect stamp among refused samples was no jump.
+  if (t > state.last_imu) state.time_went_back = false;
   state.last_imu = t;
   if (state.adapter->addImu(t, accel, gyro) != AddStatus::kGlitch) return;
   ImuSample glitch;
@@ -651,8 +652,9 @@ bool HostGlue::takeStock(bool tried, bool result, HostWindow* window) {
     return true;
   }
   if (state.file.mode != HostMode::kShadow) {
-    if (result && state.file.mode == HostMode::kStock)
+    if (result && state.file.mode == HostMode::kStock) {
       state.beginFrame(window->states.back().stamp);
+    }
     return false;
   }
   state.reportMissingLines();

@@ -11,7 +11,6 @@
 namespace slim_init::node {
 namespace {
 
-using feature_tracker_lines::ImageFrontEnd;
 using feature_tracker_lines::ImageStatus;
 
 // The messages hold (x, y, 1): a ray has to point forward, and not almost sideways (89.4 deg).
@@ -80,9 +79,11 @@ AddStatus ImagePipeline::addImage(double t, const cv::Mat& image) {
   const AddStatus status = check_.checkFrame(config_.calibration.imuTime(t));
   if (!isAdded(status)) return status;
   if (status == AddStatus::kRestarted) {
-    forgetImages();
     // A gap in the images, in which the IMU has gone on, is no other time.
-    if (!(std::abs(config_.calibration.imuTime(t) - t_imu_) <= StreamCheck::kJump)) forgetImu();
+    const bool is_gap =
+        t > t_image_ && std::abs(config_.calibration.imuTime(t) - t_imu_) <= StreamCheck::kJump;
+    forgetImages();
+    if (!is_gap) forgetImu();
   }
   ++counts_.images;
   t_image_ = t;
@@ -104,8 +105,8 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   }
   if (images_.empty()) return std::nullopt;
   const double t_image = calibration.imuTime(images_.front().t);
-  // A queue of one would never wait for the IMU.
   const bool covered = t_image <= t_imu_;  // false without IMU
+  // A queue of one would never wait for the IMU.
   const bool may_wait = t_image_ - images_.front().t < options_.max_imu_wait_s &&
                         static_cast<int>(images_.size()) < std::max(2, options_.image_queue);
   if (!covered && config_.front_end.use_gyro && may_wait) return std::nullopt;

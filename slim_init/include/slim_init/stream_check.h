@@ -89,10 +89,10 @@ struct StreamOptions {
 /// Live streams: a stamp more than kJump from the previous one of its stream is believed when a
 /// second message agrees: the next one of the stream or, for a gap, the newest one of the other
 /// stream. So an incorrect stamp (but a stream's first) costs one message, as does a bag's restart.
-/// Time that went back is a restart for both streams; where it went back by less than kJump, once
-/// messages in a row have been late for kLate of their time. After it the other stream's messages
-/// of the old time are dropped for kPatience of their time: a sender that lags is still in the old
-/// time, but a stream that goes on for longer has a clock of its own.
+/// Time that went back is a restart for both streams; by less than kJump, once messages in a row
+/// have been late for kLate of their time. The other stream's messages of the old time (more than
+/// kLate ahead and nearer to it, or kJump off) are then dropped for kPatience of their time: who
+/// goes on for longer has a clock of its own.
 class StreamCheck {
  public:
   static constexpr double kJump = 1.0;        ///< [s]; VINS-Mono's own bound for images
@@ -138,6 +138,7 @@ class StreamCheck {
   StreamCounts counts_;
   Stream imu_, frames_;
   double newest_ = kNotComputed;      // of both streams since the last restart
+  double before_ = kNotComputed;      // of both before it, if time went back
   double last_speed_ = kNotComputed;  // likewise
 };
 

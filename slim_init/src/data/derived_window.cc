@@ -9,8 +9,7 @@
 namespace slim_init {
 namespace {
 
-// Tracks of what `judge` keeps: it returns the verdict on an observation, by its index and a copy
-// of it that it may change.
+// Tracks of what `judge` keeps, given the index of an observation and a copy that it may change.
 template <typename Observation, typename Judge>
 void select(const std::vector<Track>& tracks, const std::vector<Observation>& observations,
             const Judge& judge, std::vector<Track>* out_tracks,
@@ -23,7 +22,7 @@ void select(const std::vector<Track>& tracks, const std::vector<Observation>& ob
     piece.begin = static_cast<int>(out_observations->size());
     for (int a = track.begin; a < track.end; ++a) {
       Observation observation = observations[a];
-      if (judge(a, &observation) != kDropObservation) out_observations->push_back(observation);
+      if (judge(a, &observation)) out_observations->push_back(observation);
     }
     piece.end = static_cast<int>(out_observations->size());
     if (piece.size() >= 2) {
@@ -83,9 +82,8 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
     for (WindowLine& line : common->keyframe_lines.back()) line.keyframe -= first;
   }
   const auto within = [&](int, auto* observation) {
-    const bool keeps = first <= observation->keyframe && observation->keyframe < last;
     observation->keyframe -= first;
-    return keeps ? kKeepObservation : kDropObservation;
+    return 0 <= observation->keyframe && observation->keyframe < last - first;
   };
   select(old.line_tracks, old.line_observations, within, &common->line_tracks,
          &common->line_observations);
@@ -122,9 +120,7 @@ std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
   if (keep.size() != window.point_observations_.size()) return nullptr;
   const std::shared_ptr<InitWindow> out(new InitWindow());
   out->common_ = window.common_;
-  const auto judge = [&keep](int a, WindowPoint*) {
-    return static_cast<ObservationVerdict>(keep[a]);
-  };
+  const auto judge = [&keep](int a, WindowPoint*) { return keep[a] != kDropObservation; };
   select(window.point_tracks_, window.point_observations_, judge, &out->point_tracks_,
          &out->point_observations_);
   return out;

@@ -98,7 +98,9 @@ void StreamCheck::forgetTimes() {
 // Comparisons with NaN are false: nothing is confirmed, late or stale before it is known.
 AddStatus StreamCheck::checkTime(double t, bool restart_on_gap, Stream* stream) {
   if (!options_.live) return t <= stream->last ? AddStatus::kOutOfOrder : use(t, stream);
-  if (stream->follows_jump && std::abs(t - newest_) > kJump) {
+  const double ahead = t - newest_;
+  const bool is_old = ahead > kLate && std::abs(t - before_) < ahead;
+  if (stream->follows_jump && (is_old || std::abs(ahead) > kJump)) {
     if (std::isnan(stream->first_stale)) stream->first_stale = t;
     if (std::abs(t - stream->first_stale) <= kPatience) return AddStatus::kBeforeJump;
   }
@@ -129,6 +131,7 @@ AddStatus StreamCheck::use(double t, Stream* stream) {
 
 AddStatus StreamCheck::restart(double t, Stream* stream) {
   ++counts_.restarts;
+  before_ = t < newest_ ? newest_ : kNotComputed;
   forgetTimes();
   imu_.follows_jump = frames_.follows_jump = true;
   use(t, stream);

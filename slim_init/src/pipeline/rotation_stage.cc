@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "data/derived_window.h"
-#include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
@@ -205,7 +203,9 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   BetterCalibration better = solveRotations(raw, handed_in, given, options, budget, &stage);
   while (!better.is_near && stage.rounds < kMaxRounds &&
          budget->allows("a better calibration of the rotations")) {
-    raw = seenThrough(better.value, raw);
+    const auto seen = seenThrough(better.value, raw);
+    if (seen == raw) break;
+    raw = seen;
     better = solveRotations(raw, handed_in, given, options, budget, &stage);
   }
   const Eigen::Vector3d gyro_bias =

@@ -99,10 +99,10 @@ RobustBias RobustBiasEstimator::finish() {
 RobustBias RobustBiasEstimator::quick() {
   if (problem_.pairs().pointPairs() == 0) return found_;
   const double narrow = start(kNarrowStart);
-  if (narrow > kCleanCost) {
-    const RotationMinimum near = minimum_;
+  if (narrow > kCleanCost && (budget_ == nullptr || !budget_->isUsedUp())) {
+    RotationMinimum near = minimum_;
     // It has to halve what the other one leaves above noise: it is free to explain errors.
-    if (!(2.0 * (start(kWideStart) - 1.0) < narrow - 1.0)) minimum_ = near;
+    if (!(2.0 * (start(kWideStart) - 1.0) < narrow - 1.0)) minimum_ = std::move(near);
   }
   refine(kQuick);
   found_.clean = found_.inlierFraction() >= kCleanInlierFraction && found_.cost <= kCleanCost;

@@ -7,12 +7,10 @@
 #include <Eigen/Core>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/options.h"
 #include "slim_init/keyframe_window.h"
-#include "slim_init/result.h"
 #include "slim_init/types.h"
 
 namespace slim_init::feature_tracker_lines {

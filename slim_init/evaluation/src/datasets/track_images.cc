@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/track_images.h"
 
-#include <algorithm>
 #include <unordered_set>
 #include <utility>
 

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/result.h"
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
