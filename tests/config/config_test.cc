@@ -30,34 +30,12 @@ const std::string kConfigDir = SLIM_INIT_SOURCE_DIR "/config/";
 
 // A minimal host file; single lines are replaced or added by the tests.
 const std::string kHostFile =
-    "%YAML:1.0\n"
-    "model_type: PINHOLE\n"
-    "image_width: 752\n"
-    "image_height: 480\n"
-    "distortion_parameters:\n"
-    "   k1: -0.28\n"
-    "   k2: 0.07\n"
-    "   p1: 0.0002\n"
-    "   p2: 0.00002\n"
-    "projection_parameters:\n"
-    "   fx: 458.0\n"
-    "   fy: 457.0\n"
-    "   cx: 367.0\n"
-    "   cy: 248.0\n"
-    "extrinsicRotation: !!opencv-matrix\n"
-    "   rows: 3\n"
-    "   cols: 3\n"
-    "   dt: d\n"
-    "   data: [0., -1., 0., 1., 0., 0., 0., 0., 1.]\n"
-    "extrinsicTranslation: !!opencv-matrix\n"
-    "   rows: 3\n"
-    "   cols: 1\n"
-    "   dt: d\n"
-    "   data: [0.1, -0.2, 0.3]\n"
-    "acc_n: 0.08\n"
-    "gyr_n: 0.004\n"
-    "g_norm: 9.81\n"
-    "td: -0.01\n";
+    "%YAML:1.0\nmodel_type: PINHOLE\nimage_width: 752\nimage_height: 480\n"
+    "distortion_parameters:\n   k1: -0.28\n   k2: 0.07\n   p1: 0.0002\n   p2: 0.00002\n"
+    "projection_parameters:\n   fx: 458.0\n   fy: 457.0\n   cx: 367.0\n   cy: 248.0\n" +
+    matrixKey("extrinsicRotation", 3, 3, "0., -1., 0., 1., 0., 0., 0., 0., 1.") +
+    matrixKey("extrinsicTranslation", 3, 1, "0.1, -0.2, 0.3") +
+    "acc_n: 0.08\ngyr_n: 0.004\ng_norm: 9.81\ntd: -0.01\n";
 
 // The value of its extrinsicRotation.
 const std::string kRotation = "[0., -1., 0., 1., 0., 0., 0., 0., 1.]";
@@ -322,16 +300,13 @@ TEST_F(ConfigErrors, AnAbsentExtrinsicHasToBeLookedFor) {
 }
 
 TEST_F(ConfigFile, AVelocitySensorNeedsItsExtrinsic) {
-  const std::string rotation =
-      "speed_rotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
-      "   data: [0, -1, 0, 1, 0, 0, 0, 0, 1]\n";
+  const std::string rotation = matrixKey("speed_rotation", 3, 3, "0, -1, 0, 1, 0, 0, 0, 0, 1");
   const std::string topic = std::string(kHostFile) + "speed_topic: \"/odom\"\n";
   expectRefused(topic, "speed_rotation is missing");
   expectRefused(topic + rotation, "speed_translation is missing");
   const Config config =
-      loaded(topic + rotation +
-             "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
-             "   data: [-0.5, 0, 0.1]\nspeed_scale_sigma: 0.05\n");
+      loaded(topic + rotation + matrixKey("speed_translation", 3, 1, "-0.5, 0, 0.1") +
+             "speed_scale_sigma: 0.05\n");
   const SpeedSensor& sensor = config.calibration.speed_sensor;
   EXPECT_TRUE(sensor.calibrated);
   EXPECT_EQ(sensor.R_b_s.col(0), Eigen::Vector3d::UnitY());
@@ -490,11 +465,9 @@ TEST_F(ConfigErrors, ExtrinsicThatIsNoRotation) {
   expectRefused(edited("   cols: 1\n   dt: d\n   data: [0.1, -0.2, 0.3]",
                        "   cols: 1\n   dt: \"2d\"\n   data: [0.1, -0.2, 0.3, 0.4, 0.5, 0.6]"),
                 "extrinsicTranslation has 2 channels, must have one");
-  expectRefused(
-      edited("extrinsicTranslation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: "
-             "[0.1, -0.2, 0.3]",
-             "extrinsicTranslation: 3"),
-      "extrinsicTranslation cannot be read as !!opencv-matrix");
+  expectRefused(edited(matrixKey("extrinsicTranslation", 3, 1, "0.1, -0.2, 0.3"),
+                       "extrinsicTranslation: 3\n"),
+                "extrinsicTranslation cannot be read as !!opencv-matrix");
 }
 
 struct OurError {

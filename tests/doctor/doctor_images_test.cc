@@ -67,19 +67,16 @@ void film(evaluation::SequenceWriter* writer) {
 
 /// The host's configuration file for the rig.
 std::string configuration(const Eigen::Matrix3d& R_b_c, const std::string& topics = "") {
-  std::ostringstream out;
-  out.precision(12);
-  out << "%YAML:1.0\n"
-      << topics
-      << "model_type: PINHOLE\ncamera_name: camera\nimage_width: 376\nimage_height: 240\n"
+  std::ostringstream rotation;
+  rotation << R_b_c.format(Eigen::IOFormat(12, Eigen::DontAlignCols, ", ", ", "));
+  return "%YAML:1.0\n" + topics +
+         "model_type: PINHOLE\ncamera_name: camera\nimage_width: 376\nimage_height: 240\n"
          "distortion_parameters: {k1: -0.28340811, k2: 0.07395907, p1: 0.00019359, p2: "
          "1.76187114e-05}\n"
-         "projection_parameters: {fx: 229.3, fy: 228.6, cx: 183.6, cy: 124.2}\n"
-         "extrinsicRotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [";
-  for (int k = 0; k < 9; ++k) out << (k > 0 ? ", " : "") << R_b_c(k / 3, k % 3) + 0.0;
-  out << "]\nextrinsicTranslation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: "
-         "[0.05, -0.02, 0.01]\ng_norm: 9.81007\ntd: 0.0\n";
-  return out.str();
+         "projection_parameters: {fx: 229.3, fy: 228.6, cx: 183.6, cy: 124.2}\n" +
+         matrixKey("extrinsicRotation", 3, 3, rotation.str()) +
+         matrixKey("extrinsicTranslation", 3, 1, "0.05, -0.02, 0.01") +
+         "g_norm: 9.81007\ntd: 0.0\n";
 }
 
 /// Filmed once for all tests; they change copies of its tables.

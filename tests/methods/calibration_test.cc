@@ -33,19 +33,6 @@ ExactWindowOptions noisy(unsigned seed) {
   return options;
 }
 
-// The window as a user with a wrong calibration hands it in: the true extrinsic is R_b_c Exp(turn),
-// the true time offset `td` more than the one assumed.
-std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
-                                                const Eigen::Vector3d& turn, double td,
-                                                const CalibrationSigmas& sigmas) {
-  Calibration calibration = exact.calibration;
-  calibration.R_b_c = calibration.R_b_c * expSO3(-turn);
-  calibration.sigmas = sigmas;
-  std::vector<FrameObservation> keyframes = exact.keyframes;
-  for (FrameObservation& frame : keyframes) frame.t -= td;
-  return madeWindow(calibration, keyframes, exact.imu);
-}
-
 double turnBetweenDeg(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return logSO3(a.transpose() * b).norm() / kRadPerDeg;
 }

@@ -213,11 +213,8 @@ TEST(Simulate, PosesFromAFile) {
   std::string rig = readFile(SLIM_INIT_SOURCE_DIR "/config/euroc.yaml");
   rig.replace(rig.find("\ntd: 0.0"), 8, "\ntd: 0.03");
   rig.replace(rig.find("9.81007"), 7, "9.79000");
-  folder.write("rig.yaml", rig +
-                               "\nspeed_rotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n"
-                               "   dt: d\n   data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
-                               "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n"
-                               "   dt: d\n   data: [0, 0, 0]\n");
+  folder.write("rig.yaml", rig + matrixKey("\nspeed_rotation", 3, 3, "1, 0, 0, 0, 1, 0, 0, 0, 1") +
+                               matrixKey("speed_translation", 3, 1, "0, 0, 0"));
   const ProgramRun run =
       runLine(folder,
               "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "

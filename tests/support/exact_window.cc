@@ -340,6 +340,26 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact) {
   return windowOf(exact, exact.keyframes);
 }
 
+std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
+                                                const Eigen::Vector3d& turn, double td,
+                                                const CalibrationSigmas& sigmas) {
+  Calibration calibration = exact.calibration;
+  calibration.R_b_c = calibration.R_b_c * expSO3(-turn);
+  calibration.sigmas = sigmas;
+  std::vector<FrameObservation> keyframes = exact.keyframes;
+  for (FrameObservation& frame : keyframes) frame.t -= td;
+  std::vector<ImuSample> imu = exact.imu;
+  if (keyframes.front().t < imu.front().t) {
+    imu.insert(imu.begin(), imu.front());
+    imu.front().t = keyframes.front().t;
+  }
+  if (keyframes.back().t > imu.back().t) {
+    imu.push_back(imu.back());
+    imu.back().t = keyframes.back().t;
+  }
+  return madeWindow(calibration, keyframes, imu);
+}
+
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
   const Eigen::Vector3d f = point->bearing / point->bearing.z();
   point->bearing = (f + Eigen::Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();

@@ -93,6 +93,13 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact);
 std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
                                            const std::vector<FrameObservation>& keyframes);
 
+/// The window as a user with a wrong calibration hands it in: the true extrinsic is
+/// R_b_c Exp(turn), the true time offset `td` [s] more than the one assumed. Where the IMU data do
+/// not reach that far, the outermost samples are held.
+std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
+                                                const Eigen::Vector3d& turn, double td,
+                                                const CalibrationSigmas& sigmas);
+
 /// Moves an observation in the image plane.
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point);
 

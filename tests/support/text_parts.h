@@ -20,4 +20,10 @@ inline void expectParts(const std::string& text, const std::string& parts) {
   }
 }
 
+/// A matrix of a configuration file, row by row, as OpenCV has it.
+inline std::string matrixKey(const std::string& key, int rows, int cols, const std::string& data) {
+  return key + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+         "\n   cols: " + std::to_string(cols) + "\n   dt: d\n   data: [" + data + "]\n";
+}
+
 }  // namespace slim_init

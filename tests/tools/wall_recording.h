@@ -9,6 +9,7 @@
 #include <string>
 
 #include "slim_init/evaluation/sequence_writer.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 
@@ -101,30 +102,14 @@ struct Wall {
 
   /// The host's configuration file for this rig.
   static std::string config() {
-    return R"(%YAML:1.0
-imu_topic: "/wall/imu"
-image_topic: "/wall/image"
-model_type: PINHOLE
-camera_name: camera
-image_width: 320
-image_height: 240
-distortion_parameters: {k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0}
-projection_parameters: {fx: 220.0, fy: 220.0, cx: 160.0, cy: 120.0}
-extrinsicRotation: !!opencv-matrix
-   rows: 3
-   cols: 3
-   dt: d
-   data: [0., 0., 1., -1., 0., 0., 0., -1., 0.]
-extrinsicTranslation: !!opencv-matrix
-   rows: 3
-   cols: 1
-   dt: d
-   data: [0., 0., 0.]
-g_norm: 9.81007
-td: 0.0
-slim_init:
-  noise: {gyro_density: 1.7e-4, accel_density: 2.0e-3}
-)";
+    return "%YAML:1.0\nimu_topic: \"/wall/imu\"\nimage_topic: \"/wall/image\"\n"
+           "model_type: PINHOLE\ncamera_name: camera\nimage_width: 320\nimage_height: 240\n"
+           "distortion_parameters: {k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0}\n"
+           "projection_parameters: {fx: 220.0, fy: 220.0, cx: 160.0, cy: 120.0}\n" +
+           matrixKey("extrinsicRotation", 3, 3, "0., 0., 1., -1., 0., 0., 0., -1., 0.") +
+           matrixKey("extrinsicTranslation", 3, 1, "0., 0., 0.") +
+           "g_norm: 9.81007\ntd: 0.0\n"
+           "slim_init:\n  noise: {gyro_density: 1.7e-4, accel_density: 2.0e-3}\n";
   }
 };
 

@@ -148,15 +148,18 @@ class ForeignInitializer : public ::testing::Test {
     options.keyframes = 35;
     options.interval_s = 0.1;
     exact_ = makeExactWindow(options);
-    auto oracle = std::make_unique<Oracle>(exact_);
-    oracle_ = oracle.get();
     options_.reinit = true;
     options_.max_wait_ms = -1.0;
+    make(std::make_unique<Oracle>(exact_));
+  }
+
+  void make(std::unique_ptr<Oracle> oracle) {
+    oracle_ = oracle.get();
     std::string error;
     adapter_ = HostAdapter::create(std::move(oracle), options_, &error);
     EXPECT_NE(adapter_, nullptr) << error;
+    next_ = 0;
   }
-
   void feed(int k) { vins_adapter::feed(exact_, exact_.imu, k, k, &next_, adapter_.get()); }
   std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
 
@@ -218,10 +221,7 @@ TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
   for (const int damaged : {13, 24}) {
     const double first = exact_.truth[damaged].t + 0.02;
     exact_.imu = host_health::disturbed(clean, first, first + 0.2, {120.0, 0.0, 0.0});
-    auto oracle = std::make_unique<Oracle>(exact_);
-    oracle_ = oracle.get();
-    adapter_ = HostAdapter::create(std::move(oracle), options_, nullptr);
-    next_ = 0;
+    make(std::make_unique<Oracle>(exact_));
     for (int k = 0; k < 33; ++k) feed(k);
     adapter_->recover(stamps(32), healthy);
     ASSERT_FALSE(oracle_->given.empty());
@@ -307,8 +307,7 @@ TEST_F(ForeignInitializer, AWindowOverLittleDamageDoesNotSpeakAgainstTheHost) {
   for (const Case& one : {Case{0.2, {17, 20, 29, 34}, {23, 24, 25, 26, 27, 28}},
                           Case{0.45, {17, 20, 27, 34}, {28, 29, 30}}}) {
     exact_.imu = host_health::disturbed(clean, first, first + one.seconds, {120.0, 0.0, 0.0});
-    adapter_ = HostAdapter::create(std::make_unique<Oracle>(exact_), options_, nullptr);
-    next_ = 0;
+    make(std::make_unique<Oracle>(exact_));
     std::set<int> contradicted;
     for (int k = 0; k < 35; ++k) {
       feed(k);
@@ -339,11 +338,8 @@ TEST_F(ForeignInitializer, RowsAreSet) {
   adapter_->addFrame(frame);
   EXPECT_EQ(oracle_->last_frame.points[0].row, 0.5);
 
-  auto oracle = std::make_unique<Oracle>(exact_, 0.04);
-  oracle_ = oracle.get();
-  HostOptions options;
-  options.image_height = 480;
-  adapter_ = HostAdapter::create(std::move(oracle), options, nullptr);
+  options_.image_height = 480;
+  make(std::make_unique<Oracle>(exact_, 0.04));
   adapter_->addFrame(frame);
   EXPECT_NEAR(oracle_->last_frame.points[0].row, -0.25, 1e-12);
   EXPECT_NEAR(oracle_->last_frame.lines[0].start_row, 0.5, 1e-12);

@@ -138,9 +138,9 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
         "projection_parameters:\n   fx: 458.0\n   fy: 457.0\n   cx: 367.0\n   cy: 248.0\n");
   const std::string text =
       "%YAML:1.0\nimu: 1\nnum_of_cam: 1\nimage0_topic: \"/cam0/image_raw\"\n"
-      "cam0_calib: \"cam0.yaml\"\nestimate_extrinsic: 0\n"
-      "body_T_cam0: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n"
-      "   data: [ 0., -1., 0., 0.1, 1., 0., 0., 0.2, 0., 0., 1., 0.3, 0., 0., 0., 1. ]\n"
+      "cam0_calib: \"cam0.yaml\"\nestimate_extrinsic: 0\n" +
+      matrixKey("body_T_cam0", 4, 4,
+                "0., -1., 0., 0.1, 1., 0., 0., 0.2, 0., 0., 1., 0.3, 0., 0., 0., 1.") +
       "g_norm: 9.81\ninitializer: shadow\n";
   const auto adapter = opened(text);
   ASSERT_NE(adapter, nullptr);
