@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -179,6 +180,7 @@ struct HostAdapter::State {
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     innovations.reset();
+    alone.reset();
   }
   using Lock = std::unique_lock<std::mutex>;
 
@@ -229,6 +231,7 @@ struct HostAdapter::State {
   SolveWorker::Clock::time_point deadlineOf(double stamp);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
   HostPropagation propagate(const HostState& from, double stamp) const;
+  void widenByImuAlone(const HostState& before, double t, HostPreparation* frame);
   HostPropagation continuationOf(const HostState& healthy, const InitResult& result) const;
   bool isHeldBack(double stamp) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
@@ -255,6 +258,8 @@ struct HostAdapter::State {
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
   std::set<FeatureId> moving;  // tracks of the newest frame, as prepare() found them
+  // The last state that the images have vouched for, carried, while the IMU alone carries the host.
+  std::optional<PropagatedState> alone;
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;            // extrinsics that the host has estimated in flight
   double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
@@ -585,6 +590,22 @@ HostPropagation HostAdapter::State::propagate(const HostState& from, double stam
   return result;
 }
 
+// By what the newest interval, up to `t` [s], adds to the errors of the last state that the images
+// have vouched for, `before` in the first frame without them.
+void HostAdapter::State::widenByImuAlone(const HostState& before, double t,
+                                         HostPreparation* frame) {
+  if (!alone) alone = healthyStateOf(before);
+  const double position = alone->positionSigma(), yaw = alone->yawSigma();
+  std::string problem;
+  if (!carry(*alone, t, screen.heldUntil(t), &*alone, &problem)) return;
+  const auto added = [](double sigma, double now, double earlier) {
+    return std::max(sigma, std::sqrt(std::max(now * now - earlier * earlier, 0.0)));
+  };
+  frame->position_sigma = added(frame->position_sigma, alone->positionSigma(), position);
+  frame->yaw_sigma_deg =
+      added(frame->yaw_sigma_deg, kRadToDeg * alone->yawSigma(), kRadToDeg * yaw);
+}
+
 // The IMU has propagated the healthy state to where the window begins; from there the window's own
 // scale counts.
 HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
@@ -912,6 +933,11 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
     out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
     out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
+  }
+  if (innovation.blind) {
+    state.widenByImuAlone(window[window.size() - 2], t_j, &out);
+  } else {
+    state.alone.reset();
   }
   if (!damaged) return out;
   if (innovation.culprit == Culprit::kNotJudged) {
