@@ -16,7 +16,7 @@ int runFaultsCommand(const std::vector<std::string>& arguments);
 /// memory, the time of a solve or the number of estimates drifts beyond its bound.
 int runSoakCommand(const std::vector<std::string>& arguments);
 
-/// `times`, `growth` and `count`, the first of `arguments`: times of whole solves as tables.
+/// `times` and `count`, the first of `arguments`: times of whole solves as tables.
 int runTimesCommand(const std::vector<std::string>& arguments);
 
 }  // namespace slim_init::tools

@@ -187,36 +187,6 @@ int runTimes(const Command& command) {
   return 0;
 }
 
-// One row of the growth table: the windows with one number changed.
-void growthRow(Command command, const std::string& what, double value) {
-  if (what == "points") command.windows.points = static_cast<int>(value);
-  if (what == "lines") command.windows.lines = static_cast<int>(value);
-  if (what == "keyframes") command.windows.keyframes = static_cast<int>(value);
-  if (what == "outliers") command.windows.outliers = value;
-  const Windows windows = windowsOf(command);
-  double tracks = 0.0;
-  for (const auto& window : windows) tracks += static_cast<double>(window->pointTracks().size());
-  for (const MethodTimes& method : timeAll(command, windows)) {
-    const std::vector<double> values = method.all.values();
-    std::printf("%s,%g,%s,%.1f,%.4f,%.4f,%.4f\n", what.c_str(), value, method.name.c_str(),
-                tracks / static_cast<double>(windows.size()), evaluation::median(values),
-                evaluation::quantile(values, 0.9), evaluation::quantile(values, 0.99));
-  }
-  std::fflush(stdout);
-}
-
-int runGrowth(const Command& command) {
-  std::printf("what,value,method,point_tracks,median_ms,p90_ms,p99_ms\n");
-  for (const double points : {30, 60, 100, 200, 300, 600, 1000})
-    growthRow(command, "points", points);
-  for (const double lines : {0, 10, 25, 50, 100}) growthRow(command, "lines", lines);
-  for (const double keyframes : {4, 5, 6, 8, 10, 12, 15, 20}) {
-    growthRow(command, "keyframes", keyframes);
-  }
-  for (const double outliers : {0.0, 0.1, 0.2, 0.3, 0.4}) growthRow(command, "outliers", outliers);
-  return 0;
-}
-
 // A name of its own, so that an instrumenting tool can restrict itself to it.
 __attribute__((noinline)) std::size_t countedSolves(const WindowSolver& solver,
                                                     const Windows& windows) {
@@ -277,7 +247,7 @@ int runTimesCommand(const std::vector<std::string>& arguments) {
   Command command;
   command.name = arguments[0];
   BenchWindows& windows = command.windows;
-  po::options_description table("slim_init_bench times|growth|count, options");
+  po::options_description table("slim_init_bench times|count, options");
   addSequenceOptions(&command.recorded, &windows, &table);
   auto add = table.add_options();
   add("methods", po::value(&command.methods)->default_value(command.methods), "comma separated");
@@ -296,7 +266,6 @@ int runTimesCommand(const std::vector<std::string>& arguments) {
   const std::vector<std::string> options(arguments.begin() + 1, arguments.end());
   if (const auto code = readOptions(table, options)) return *code;
   if (command.name == "times") return runTimes(command);
-  if (command.name == "growth") return runGrowth(command);
   return runCount(command);
 }
 

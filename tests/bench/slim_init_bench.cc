@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// slim_init_bench COMMAND [options], each with --help. `times`, `growth` and `count` print tables
+// slim_init_bench COMMAND [options], each with --help. `times` and `count` print tables
 // of whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
 // faults (bench_commands.h).
 #include <cstdio>
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   using namespace slim_init::tools;  // NOLINT: the commands
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string command = arguments.empty() ? "" : arguments[0];
-  if (command == "times" || command == "growth" || command == "count") {
+  if (command == "times" || command == "count") {
     return runTimesCommand(arguments);
   }
   if (!arguments.empty()) arguments.erase(arguments.begin());
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   if (command == "soak") return runSoakCommand(arguments);
   std::fprintf(
       stderr,
-      "slim_init_bench: the command is \"%s\", must be times, growth, count, faults or soak\n",
+      "slim_init_bench: the command is \"%s\", must be times, count, faults or soak\n",
       command.c_str());
   return kExitBadInput;
 }
