@@ -208,7 +208,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
     }
   }
   // The adapter keeps glitches to itself, and nothing else.
-  EXPECT_EQ(run.host().counts().imu_glitches > 0, failure == Failure::kSpike);
+  EXPECT_EQ(run.host().counts().imu[AddStatus::kGlitch] > 0, failure == Failure::kSpike);
   return list;
 }
 

@@ -20,9 +20,8 @@ int main(int argc, char** argv) {
   if (!arguments.empty()) arguments.erase(arguments.begin());
   if (command == "faults") return runFaultsCommand(arguments);
   if (command == "soak") return runSoakCommand(arguments);
-  std::fprintf(
-      stderr,
-      "slim_init_bench: the command is \"%s\", must be times, count, faults or soak\n",
-      command.c_str());
+  std::fprintf(stderr,
+               "slim_init_bench: the command is \"%s\", must be times, count, faults or soak\n",
+               command.c_str());
   return kExitBadInput;
 }

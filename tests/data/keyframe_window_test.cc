@@ -175,11 +175,11 @@ TEST_F(KeyframeWindowTest, LinesMeetTheirFrameInAnyOrder) {
   lines[1] = lines[0];  // the same id: dropped when it is cleaned
   EXPECT_EQ(window.addLines(0.25, lines), AddStatus::kWaiting);
   EXPECT_EQ(window.addLines(0.0, lines), AddStatus::kWaiting);
-  EXPECT_EQ(window.counts().lines_waiting, 2);
+  EXPECT_EQ(window.counts().lines[AddStatus::kWaiting], 2);
   window.addFrame(frame(0.0));
   window.addFrame(frame(0.25));
-  EXPECT_EQ(window.counts().lines_waiting, 0);
-  EXPECT_EQ(window.counts().lines_merged, 2);
+  EXPECT_EQ(window.counts().lines[AddStatus::kWaiting], 0);
+  EXPECT_EQ(window.counts().lines[AddStatus::kAdded], 2);
   EXPECT_EQ(window.counts().observations_duplicate_id, 2);
   ASSERT_NE(window.cut().window, nullptr);
   EXPECT_EQ(window.cut().window->lineTracks().size(), 1u);
@@ -191,13 +191,13 @@ TEST_F(KeyframeWindowTest, LinesMeetTheirFrameInAnyOrder) {
   EXPECT_EQ(window.addLines(kNotComputed, lines), AddStatus::kNotFinite);
   window.addLines(0.32, lines);
   window.addFrame(frame(0.35));  // the frame at 0.32 s was skipped
-  EXPECT_EQ(window.counts().lines_merged, 3);
-  EXPECT_EQ(window.counts().lines_unmatched, 3);
-  EXPECT_EQ(window.counts().lines_not_finite, 1);
+  EXPECT_EQ(window.counts().lines[AddStatus::kAdded], 3);
+  EXPECT_EQ(window.counts().lines[AddStatus::kUnmatched], 3);
+  EXPECT_EQ(window.counts().lines[AddStatus::kNotFinite], 1);
   // A flood for frames that never come is bounded, and what is dropped is counted.
   for (int i = 0; i < 1000; ++i) window.addLines(10.0 + i, lines);
-  EXPECT_EQ(window.counts().lines_waiting, 100);
-  EXPECT_EQ(window.counts().lines_unmatched, 903);
+  EXPECT_EQ(window.counts().lines[AddStatus::kWaiting], 100);
+  EXPECT_EQ(window.counts().lines[AddStatus::kUnmatched], 903);
 }
 
 TEST_F(KeyframeWindowTest, AJumpBackDropsTheDataOfLiveStreamsAndKeepsTheCounts) {
@@ -210,10 +210,10 @@ TEST_F(KeyframeWindowTest, AJumpBackDropsTheDataOfLiveStreamsAndKeepsTheCounts) 
   EXPECT_EQ(window.addImu(imu(2.005)), AddStatus::kRestarted);
   EXPECT_EQ(window.cut().window, nullptr);
   EXPECT_EQ(window.imu().size(), 1u);
-  EXPECT_EQ(window.counts().restarts, 1);
-  EXPECT_EQ(window.counts().lines_waiting, 0);
-  EXPECT_EQ(window.counts().lines_unmatched, 1);
-  EXPECT_EQ(window.counts().imu_added, 602);
+  EXPECT_EQ(window.counts().restarts(), 1);
+  EXPECT_EQ(window.counts().lines[AddStatus::kWaiting], 0);
+  EXPECT_EQ(window.counts().lines[AddStatus::kUnmatched], 1);
+  EXPECT_EQ(window.counts().imu.added(), 602);
   feed(window, 2.01, 5.0);
   EXPECT_NE(window.cut().window, nullptr);
 }
@@ -227,10 +227,10 @@ TEST_F(KeyframeWindowTest, LinesOfTheTimeBeforeARestartDoNotWaitForTheirStampToC
   EXPECT_EQ(window.addLines(13.0, {LineObservation()}), AddStatus::kWaiting);
   EXPECT_EQ(window.addLines(2.05, {LineObservation()}), AddStatus::kWaiting);
   window.addFrame(frame(2.01));
-  EXPECT_EQ(window.counts().lines_waiting, 1);
-  EXPECT_EQ(window.counts().lines_unmatched, 1);
+  EXPECT_EQ(window.counts().lines[AddStatus::kWaiting], 1);
+  EXPECT_EQ(window.counts().lines[AddStatus::kUnmatched], 1);
   window.addFrame(frame(2.05));
-  EXPECT_EQ(window.counts().lines_merged, 1);
+  EXPECT_EQ(window.counts().lines[AddStatus::kAdded], 1);
 }
 
 TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
@@ -253,13 +253,13 @@ TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   twice.points.back().bearing.setZero();
   twice.lines.emplace_back();  // both ends in one place
   EXPECT_EQ(window.addFrame(twice), AddStatus::kAdded);
-  EXPECT_EQ(window.counts().imu_added, 1);
-  EXPECT_EQ(window.counts().imu_out_of_order, 2);
-  EXPECT_EQ(window.counts().imu_not_finite, 2);
-  EXPECT_EQ(window.counts().imu_glitches, 1);
-  EXPECT_EQ(window.counts().frames_added, 2);
-  EXPECT_EQ(window.counts().frames_out_of_order, 1);
-  EXPECT_EQ(window.counts().frames_not_finite, 1);
+  EXPECT_EQ(window.counts().imu.added(), 1);
+  EXPECT_EQ(window.counts().imu[AddStatus::kOutOfOrder], 2);
+  EXPECT_EQ(window.counts().imu[AddStatus::kNotFinite], 2);
+  EXPECT_EQ(window.counts().imu[AddStatus::kGlitch], 1);
+  EXPECT_EQ(window.counts().frames.added(), 2);
+  EXPECT_EQ(window.counts().frames[AddStatus::kOutOfOrder], 1);
+  EXPECT_EQ(window.counts().frames[AddStatus::kNotFinite], 1);
   EXPECT_EQ(window.counts().observations_duplicate_id, 1);
   EXPECT_EQ(window.counts().observations_not_finite, 1);
   EXPECT_EQ(window.counts().lines_degenerate, 1);
@@ -325,7 +325,7 @@ TEST_F(KeyframeWindowTest, ResetForgetsEverything) {
   KeyframeWindow window(calibration_, options_);
   feed(window, 0.0, 3.0);
   window.reset();
-  EXPECT_EQ(window.counts().imu_added, 0);
+  EXPECT_EQ(window.counts().imu.added(), 0);
   EXPECT_EQ(window.cut().window, nullptr);
   feed(window, 0.0, 3.0);  // time may start anew
   EXPECT_NE(window.cut().window, nullptr);

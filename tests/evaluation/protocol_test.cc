@@ -137,11 +137,11 @@ TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
   options.max_windows = 1;
   ProtocolResult result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.counts.windows, 1);
-  EXPECT_EQ(result.dropped.imu_glitches, 1);
+  EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 1);
 
   options.imu.max_accel = 500.0;
   result = run(sequence, {&solver}, options);
-  EXPECT_EQ(result.dropped.imu_glitches, 0);
+  EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 0);
   // A step that no body makes is screened as it is in a host, within the limits too.
   for (ImuSample& sample : sequence.imu) {
     if (sample.accel.y() == 400.0) sample.accel.y() = 100.0;
@@ -149,7 +149,7 @@ TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
   options.imu = ImuLimits();
   result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.counts.windows, 1);
-  EXPECT_EQ(result.dropped.imu_glitches, 1);
+  EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 1);
   options.imu.max_accel = 16.0;
   EXPECT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result),
             "imu.max_accel is 16, must be in [19.6, inf]");

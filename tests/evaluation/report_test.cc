@@ -289,7 +289,7 @@ TEST(Report, SummaryKeepsProgramNotesAndRefusals) {
   info.commit = "0123abcd";
   info.method_notes = {{"hand[less]", "with less"}};
   result.first_refusal = "times go back";
-  result.dropped.imu_out_of_order = 3;
+  result.dropped.imu[AddStatus::kOutOfOrder] = 3;
   json = jsonOf(result, info);
   EXPECT_EQ(json["commit"], "0123abcd");
   EXPECT_EQ(json["method_notes"]["hand[less]"], "with less");

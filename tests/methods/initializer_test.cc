@@ -76,14 +76,14 @@ TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
   feed(*initializer, exact_);
   EXPECT_EQ(initializer->info().imu.first, exact_.imu.front().t);
   EXPECT_EQ(initializer->info().imu.last, exact_.imu.back().t);
-  EXPECT_EQ(initializer->info().counts.frames_added, 10);
+  EXPECT_EQ(initializer->info().counts.frames.added(), 10);
   EXPECT_EQ(initializer->info().calibration.td, exact_.calibration.td);
   initializer->setTd(0.01);
   EXPECT_EQ(initializer->info().calibration.td, 0.01);
   EXPECT_EQ(initializer->addLines(exact_.keyframes.back().t + 0.1, {}), AddStatus::kWaiting);
   initializer->reset();
-  EXPECT_EQ(initializer->info().counts.frames_added, 0);
-  EXPECT_EQ(initializer->info().counts.lines_waiting, 0);
+  EXPECT_EQ(initializer->info().counts.frames.added(), 0);
+  EXPECT_EQ(initializer->info().counts.lines[AddStatus::kWaiting], 0);
 }
 
 TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {

@@ -109,7 +109,7 @@ TEST_F(DuringASolve, DataAreAddedWithoutWaitingAndWithoutEffectOnIt) {
   feedTo(19);
   initializer_->addLines(exact_.keyframes[5].t, {});
   initializer_->setTd(exact_.calibration.td + 1e-4);
-  EXPECT_EQ(initializer_->info().counts.frames_added, 20);
+  EXPECT_EQ(initializer_->info().counts.frames.added(), 20);
   EXPECT_EQ(initializer_->info().calibration.td, exact_.calibration.td + 1e-4);
   EXPECT_GT(initializer_->info().imu.last, exact_.keyframes[18].t);
   std::vector<NavState> states;

@@ -280,33 +280,25 @@ TEST_F(SpeedStream, WhatCannotBeUsedIsNamedAndCounted) {
   struct Case {
     SpeedSample sample;
     AddStatus status;
-    std::int64_t StreamCounts::*count;
   };
   const Case cases[] = {
-      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kAdded, &StreamCounts::speeds_added},
-      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kOutOfOrder,
-       &StreamCounts::speeds_out_of_order},
-      {SpeedSample::forward(9.9, 1.0, 0.1), AddStatus::kOutOfOrder,
-       &StreamCounts::speeds_out_of_order},
-      {SpeedSample::forward(kNan, 1.0, 0.1), AddStatus::kNotFinite,
-       &StreamCounts::speeds_not_finite},
-      {SpeedSample::forward(10.1, kInfinity, 0.1), AddStatus::kNotFinite,
-       &StreamCounts::speeds_not_finite},
-      {SpeedSample::forward(10.1, 1.0, kNan), AddStatus::kNotFinite,
-       &StreamCounts::speeds_not_finite},
-      {SpeedSample::forward(10.1, 1.0, 0.0), AddStatus::kNoCovariance,
-       &StreamCounts::speeds_no_covariance},
-      {SpeedSample::forward(10.1, 1.0, -0.1), AddStatus::kNoCovariance,
-       &StreamCounts::speeds_no_covariance},
-      {skew, AddStatus::kNoCovariance, &StreamCounts::speeds_no_covariance},
-      {SpeedSample::forward(10.1, -101.0, 0.1), AddStatus::kGlitch, &StreamCounts::speeds_glitches},
-      {SpeedSample::forward(12.0, 1.0, 0.1), AddStatus::kStray, &StreamCounts::speeds_stray},
-      {SpeedSample::forward(10.1, -1.0, 0.1), AddStatus::kAdded, &StreamCounts::speeds_added},
+      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kAdded},
+      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kOutOfOrder},
+      {SpeedSample::forward(9.9, 1.0, 0.1), AddStatus::kOutOfOrder},
+      {SpeedSample::forward(kNan, 1.0, 0.1), AddStatus::kNotFinite},
+      {SpeedSample::forward(10.1, kInfinity, 0.1), AddStatus::kNotFinite},
+      {SpeedSample::forward(10.1, 1.0, kNan), AddStatus::kNotFinite},
+      {SpeedSample::forward(10.1, 1.0, 0.0), AddStatus::kNoCovariance},
+      {SpeedSample::forward(10.1, 1.0, -0.1), AddStatus::kNoCovariance},
+      {skew, AddStatus::kNoCovariance},
+      {SpeedSample::forward(10.1, -101.0, 0.1), AddStatus::kGlitch},
+      {SpeedSample::forward(12.0, 1.0, 0.1), AddStatus::kStray},
+      {SpeedSample::forward(10.1, -1.0, 0.1), AddStatus::kAdded},
   };
   for (const Case& one : cases) {
-    const std::int64_t before = initializer_->info().counts.*one.count;
+    const std::int64_t before = initializer_->info().counts.speeds[one.status];
     EXPECT_EQ(initializer_->addSpeed(one.sample), one.status);
-    EXPECT_EQ(initializer_->info().counts.*one.count, before + 1);
+    EXPECT_EQ(initializer_->info().counts.speeds[one.status], before + 1);
   }
 }
 
@@ -315,7 +307,7 @@ TEST_F(SpeedStream, ASensorWithoutExtrinsicsIsRefused) {
   make();
   const SpeedSample sample = SpeedSample::forward(10.0, 1.0, 0.1);
   EXPECT_EQ(initializer_->addSpeed(sample), AddStatus::kNotCalibrated);
-  EXPECT_EQ(initializer_->info().counts.speeds_not_calibrated, 1);
+  EXPECT_EQ(initializer_->info().counts.speeds[AddStatus::kNotCalibrated], 1);
   const ExactWindow exact = constantVelocity();
   EXPECT_EQ(InitWindow::create(exact.calibration, exact.keyframes, exact.imu, &error_, {sample}),
             nullptr);

@@ -244,8 +244,8 @@ TEST_F(ImagePipelineTest, AJumpInTimeBeginsAnew) {
   for (double& t : images_) t -= 3.0;
   for (double& t : imu_) t -= 3.0;
   const std::vector<TrackedFrame> second = run(&pipeline, 0.0);
-  EXPECT_EQ(pipeline.streamCounts().restarts, 1);
-  EXPECT_EQ(pipeline.streamCounts().frames_stray, 1);
+  EXPECT_EQ(pipeline.streamCounts().restarts(), 1);
+  EXPECT_EQ(pipeline.streamCounts().frames[AddStatus::kStray], 1);
   // What it costs is before the first IMU sample, which no image may be.
   const std::vector<FrameObservation> expected = offLine(config_, images_, imu_);
   ASSERT_EQ(second.size(), first);
@@ -255,7 +255,7 @@ TEST_F(ImagePipelineTest, AJumpInTimeBeginsAnew) {
   // A gap between images is a restart as well.
   pipeline.addImage(15.0, imageAt(15.0));
   EXPECT_EQ(pipeline.addImage(15.05, imageAt(15.05)), AddStatus::kRestarted);
-  EXPECT_EQ(pipeline.streamCounts().restarts, 2);
+  EXPECT_EQ(pipeline.streamCounts().restarts(), 2);
   // In which the IMU has gone on: the image that confirms its end is tracked.
   for (int k = 0; k <= 400; ++k) pipeline.addImu(sampleAt(15.0 + kImuInterval * k));
   pipeline.addImage(15.1, imageAt(15.1));

@@ -131,10 +131,10 @@ TEST_F(InitSessionTest, ImuSamplesAreScreened) {
   EXPECT_EQ(session_->addImu(glitch), AddStatus::kGlitch);
   next_imu_ += 0.005;
   imuUpTo(1.1);
-  EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
-  EXPECT_EQ(scripted_->info().counts.imu_glitches, 0);
+  EXPECT_EQ(session_->streamCounts().imu[AddStatus::kGlitch], 1);
+  EXPECT_EQ(scripted_->info().counts.imu[AddStatus::kGlitch], 0);
   session_->restart();
-  EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
+  EXPECT_EQ(session_->streamCounts().imu[AddStatus::kGlitch], 1);
   EXPECT_EQ(session_->addImu(glitch), AddStatus::kAdded) << "the first sample of a stream";
 }
 
@@ -204,7 +204,7 @@ TEST_F(InitSessionTest, LinesMeetTheirFrameBeforeOrAfterIt) {
   make(everyFrame(true));
   session_->addLines(0.1, line());
   session_->addPoints(frame(0.1));
-  EXPECT_EQ(session_->streamCounts().lines_merged, 1);
+  EXPECT_EQ(session_->streamCounts().lines[AddStatus::kAdded], 1);
   EXPECT_EQ(scripted_->late_lines, 0);
   imuUpTo(0.1);
   EXPECT_TRUE(session_->poll().has_value());
@@ -215,7 +215,7 @@ TEST_F(InitSessionTest, LinesMeetTheirFrameBeforeOrAfterIt) {
   session_->addLines(0.15, line());
   EXPECT_EQ(scripted_->late_lines, 1);
   EXPECT_TRUE(session_->poll().has_value());
-  EXPECT_EQ(session_->streamCounts().lines_unmatched, 0);
+  EXPECT_EQ(session_->streamCounts().lines[AddStatus::kUnmatched], 0);
 }
 
 TEST_F(InitSessionTest, LostLinesHoldUpOneFrameOnly) {
@@ -267,8 +267,8 @@ TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
   ASSERT_NO_FATAL_FAILURE(startAt5s());
   session_->restart();
   EXPECT_FALSE(session_->initialized());
-  EXPECT_EQ(scripted_->info().counts.imu_added, 0);
-  EXPECT_EQ(session_->streamCounts().imu_added, 21) << "the session counts on";
+  EXPECT_EQ(scripted_->info().counts.imu.added(), 0);
+  EXPECT_EQ(session_->streamCounts().imu.added(), 21) << "the session counts on";
   // Time may have gone back.
   session_->addPoints(frame(1.0));
   next_imu_ = 0.9;
@@ -292,7 +292,7 @@ TEST_F(InitSessionTest, AJumpInTimeForgetsTheAnswer) {
   const auto attempt = session_->poll();
   ASSERT_TRUE(attempt.has_value());
   EXPECT_EQ(attempt->t, 1.01);
-  EXPECT_EQ(session_->streamCounts().restarts, 1);
+  EXPECT_EQ(session_->streamCounts().restarts(), 1);
   EXPECT_EQ(session_->counts().restarts, 0);
 }
 

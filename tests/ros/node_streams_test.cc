@@ -32,7 +32,7 @@ class NodeStreamsTest : public ::testing::Test {
  protected:
   NodeStreamsTest() { ros::Time::init(); }  // no node here
 
-  NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
+  NodeStreams streams_{{{"imu", &StreamCounts::imu, true}, {"image", &StreamCounts::frames, true}}};
   double t_ = -1.0;
 };
 
@@ -60,11 +60,11 @@ TEST_F(NodeStreamsTest, DropsAndCountsWhatCannotBeUsed) {
   // What StreamCheck has dropped since.
   EXPECT_TRUE(streams_.accept(0, header(0.2, 5), "", &t_));
   streams_.explain(0, "400 m/s^2 on an axis");
-  counts.imu_glitches = 1;
-  counts.imu_out_of_order = 2;
-  counts.imu_stray = 3;
-  counts.imu_before_jump = 4;
-  counts.frames_out_of_order = 5;
+  counts.imu[AddStatus::kGlitch] = 1;
+  counts.imu[AddStatus::kOutOfOrder] = 2;
+  counts.imu[AddStatus::kStray] = 3;
+  counts.imu[AddStatus::kBeforeJump] = 4;
+  counts.frames[AddStatus::kOutOfOrder] = 5;
   const DiagnosticStatus status = streams_.report(counts);
   EXPECT_EQ(status.level, DiagnosticStatus::WARN);
   auto values = valuesOf(status);
@@ -93,7 +93,7 @@ TEST_F(NodeStreamsTest, LostMessagesAreThoseMissingInTheirNumbers) {
                {{0xFFFFFFFFu, 1}, "1"},
                {{0, 0, 0, 0, 0}, "0"}};  // no count
   for (const auto& one : cases) {
-    NodeStreams streams{{{"imu", StreamKind::kImu, true}}};
+    NodeStreams streams{{{"imu", &StreamCounts::imu, true}}};
     for (const std::uint32_t number : one.numbers) streams.accept(0, header(0.1, number), "", &t_);
     const DiagnosticStatus status = streams.report(StreamCounts());
     EXPECT_EQ(valuesOf(status)["imu lost"], one.lost);

@@ -233,7 +233,7 @@ TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
 
 TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   for (int k = 0; k <= 20; ++k) feed(k);
-  EXPECT_EQ(adapter_->counts().frames_added, 21);
+  EXPECT_EQ(adapter_->counts().frames.added(), 21);
   EXPECT_EQ(
       adapter_->addImu(exact_.imu[next_].t, Eigen::Vector3d(400, 0, 0), Eigen::Vector3d::Zero()),
       AddStatus::kGlitch);
@@ -243,7 +243,7 @@ TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   EXPECT_EQ(adapter_->calibration().td, 0.25);
   next_ = 0;
   feed(0);
-  EXPECT_EQ(adapter_->counts().restarts, 1);
+  EXPECT_EQ(adapter_->counts().restarts(), 1);
   EXPECT_FALSE(adapter_->seed(stamps(20)).success());
 }
 

@@ -310,14 +310,14 @@ TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   // A little late: one message out of order.
   EXPECT_EQ(adapter->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
             AddStatus::kOutOfOrder);
-  EXPECT_EQ(adapter->counts().imu_out_of_order, 1);
-  EXPECT_EQ(adapter->counts().restarts, 0);
+  EXPECT_EQ(adapter->counts().imu[AddStatus::kOutOfOrder], 1);
+  EXPECT_EQ(adapter->counts().restarts(), 0);
   // A bag played again: its first sample may be a stray one, the second confirms it.
   EXPECT_EQ(adapter->addImu(late.t, late.accel, late.gyro), AddStatus::kStray);
   EXPECT_TRUE(adapter->seed(stamps(30)).success());
   const ImuSample next = exact_.imu[11];
   EXPECT_EQ(adapter->addImu(next.t, next.accel, next.gyro), AddStatus::kRestarted);
-  EXPECT_EQ(adapter->counts().restarts, 1);
+  EXPECT_EQ(adapter->counts().restarts(), 1);
   EXPECT_EQ(adapter->seed(stamps(30)).result.status, InitStatus::kTooFewKeyframes);
   next_ = 12;
   feed(*adapter, 1, 31);
@@ -377,7 +377,7 @@ TEST_F(HostAdapterTest, LinesFromAnotherThread) {
     if (k >= 20) adapter->seed(stamps(k));
   }
   lines.join();
-  EXPECT_EQ(adapter->counts().lines_merged, 31);
+  EXPECT_EQ(adapter->counts().lines[AddStatus::kAdded], 31);
   EXPECT_TRUE(adapter->seed(stamps(30)).success());
 }
 

@@ -564,6 +564,7 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
   }
   EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_EQ(timesLogged("a measured velocity of"), 2) << logText();
+  EXPECT_EQ(timesLogged("velocities (late)"), 1) << logText();
   EXPECT_EQ(timesLogged("its stamp is not after that of the velocity before it"), 1) << logText();
   EXPECT_EQ(timesLogged("its covariance is not positive definite"), 1) << logText();
 }
@@ -581,6 +582,7 @@ TEST_F(StandInRun, ImuGlitchesAreDropped) {
   EXPECT_LE(k, 14) << "1.3 s of excited data";
   EXPECT_EQ(timesLogged("warn: slim_init: an IMU sample of 4"), 1) << logText();
   EXPECT_EQ(timesLogged("on an axis (limits 300 m/s^2, 2.5 rad/s) is discarded"), 1) << logText();
+  EXPECT_EQ(timesLogged("warn: slim_init: discarded: 3 IMU samples (glitch)"), 1) << logText();
 }
 
 TEST_F(StandInRun, StockIsUntouched) {

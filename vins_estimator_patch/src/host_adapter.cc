@@ -989,7 +989,7 @@ HostOptions HostAdapter::options() const { return state_->options; }
 StreamCounts HostAdapter::counts() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   StreamCounts counts = state_->initializer->info().counts;
-  counts.imu_glitches += state_->screen.discarded();
+  counts.imu[AddStatus::kGlitch] += state_->screen.discarded();
   return counts;
 }
 

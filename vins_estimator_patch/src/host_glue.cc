@@ -134,6 +134,8 @@ struct HostGlue::State {
   int unreported_refusals = 0;
   double health_stamp = -std::numeric_limits<double>::infinity();
   double delay_reported = -std::numeric_limits<double>::infinity();
+  double drops_reported = -std::numeric_limits<double>::infinity();
+  StreamCounts counts_reported;
   std::atomic<double> newest_received{std::numeric_limits<double>::quiet_NaN()};
   Clock::time_point frame_began;
   double frame_ms = 0.0;  // from the host's frame to its health
@@ -262,7 +264,8 @@ struct HostGlue::State {
 
   // Once, before the first attempt: after it the host may have been seeded already.
   void reportMissingLines() {
-    if (std::exchange(lines_reported, true) || adapter->counts().lines_merged > 0) return;
+    if (std::exchange(lines_reported, true) || adapter->counts().lines[AddStatus::kAdded] > 0)
+      return;
     report(ReportLevel::kWarn, "no line features received; using points only");
   }
 
@@ -307,6 +310,16 @@ struct HostGlue::State {
     report(ReportLevel::kWarn,
            roundedText(3, "odometry is ", delay, " s behind the newest image (limit ",
                        kLongestDelay, "): the last frame took the host ", frame_ms, " ms"));
+  }
+  // Everything that the host has handed over and that is used for nothing.
+  void reportDropped(double stamp) {
+    if (std::abs(stamp - drops_reported) < kRepeatReport) return;
+    const StreamCounts counts = adapter->counts();
+    const std::string list = droppedSince(counts_reported, counts);
+    if (list.empty()) return;
+    drops_reported = stamp;
+    counts_reported = counts;
+    report(ReportLevel::kWarn, "discarded: " + list);
   }
   void publishHealth(double stamp, const HostHealth& health) {
     report(ReportLevel::kHealth,
@@ -398,6 +411,7 @@ void HostGlue::addPoints(double stamp, const std::vector<double>& points, double
   state.frame_began = Clock::now();
   state.adapter->setTd(td);
   state.adapter->addFrame(toFrame(stamp, points));
+  state.reportDropped(stamp);
 }
 
 void HostGlue::addLineCloud(const GlueCloud& cloud) {

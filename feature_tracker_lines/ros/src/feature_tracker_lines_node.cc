@@ -52,7 +52,7 @@ class FeatureTrackerLinesNode {
   cv::Size image_size_;
   std::int64_t discarded_before_ = 0;  // images, at the last report
   std::unique_ptr<ImagePipeline> pipeline_;
-  NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
+  NodeStreams streams_{{{"imu", &StreamCounts::imu, true}, {"image", &StreamCounts::frames, true}}};
 
   ros::Subscriber imu_, image_;
   ros::Publisher features_, lines_, restart_, debug_image_;
@@ -217,7 +217,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("images discarded: refused by the front end", counts.images_refused, &tracking);
   addValue("frames published", counts.frames_published, &tracking);
   addValue("observations discarded: off axis", counts.observations_sideways, &tracking);
-  addValue("time jumps", pipeline_->streamCounts().restarts, &tracking);
+  addValue("time jumps", pipeline_->streamCounts().restarts(), &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
   addValue("gyroscope used", report.rotation_from_gyro, &tracking);

@@ -126,7 +126,7 @@ class WindowCutter {
       }
     }
     *dropped += buffer.counts();
-    dropped->imu_glitches += screen.discarded();
+    dropped->imu[AddStatus::kGlitch] += screen.discarded();
     return result;
   }
 

@@ -205,11 +205,11 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
     for (const auto& [name, count] : info.simulated) simulated[name] = count;
   }
   const StreamCounts& dropped = result.dropped;
-  json["dropped"] = {{"imu_not_finite", dropped.imu_not_finite},
-                     {"imu_glitches", dropped.imu_glitches},
-                     {"imu_out_of_order", dropped.imu_out_of_order},
-                     {"frames_not_finite", dropped.frames_not_finite},
-                     {"frames_out_of_order", dropped.frames_out_of_order},
+  json["dropped"] = {{"imu_not_finite", dropped.imu[AddStatus::kNotFinite]},
+                     {"imu_glitches", dropped.imu[AddStatus::kGlitch]},
+                     {"imu_out_of_order", dropped.imu[AddStatus::kOutOfOrder]},
+                     {"frames_not_finite", dropped.frames[AddStatus::kNotFinite]},
+                     {"frames_out_of_order", dropped.frames[AddStatus::kOutOfOrder]},
                      {"observations_not_finite", dropped.observations_not_finite},
                      {"observations_duplicate_id", dropped.observations_duplicate_id},
                      {"lines_degenerate", dropped.lines_degenerate}};

@@ -93,7 +93,7 @@ class KeyframeWindow {
 
   void dropData();
   void trim();
-  bool merge(std::vector<LineObservation> lines, FrameObservation* observation);
+  AddStatus merge(std::vector<LineObservation> lines, FrameObservation* observation);
   void mergeWaiting(double stamp, FrameObservation* observation);
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
   double frameTime(int i) const { return calibration_.imuTime(frames_[i]->t); }

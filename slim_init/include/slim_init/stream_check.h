@@ -4,6 +4,7 @@
 // ROS nodes, host adapter and command line.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -33,39 +34,53 @@ inline bool isAdded(AddStatus status) {
   return status == AddStatus::kAdded || status == AddStatus::kRestarted;
 }
 
+/// True where it has been lost.
+inline bool isDropped(AddStatus status) {
+  return !isAdded(status) && status != AddStatus::kWaiting;
+}
+
+/// Why a message is not data, in a few words, e.g. "late"; stable.
+const char* toString(AddStatus status);
+
+/// What became of the messages of one stream: a count of each status.
+class MessageCounts {
+ public:
+  std::int64_t& operator[](AddStatus status) { return counts_[static_cast<std::size_t>(status)]; }
+  std::int64_t operator[](AddStatus status) const {
+    return counts_[static_cast<std::size_t>(status)];
+  }
+  /// Those that are data.
+  std::int64_t added() const;
+  MessageCounts& operator+=(const MessageCounts& other);
+  /// Counts `status` and returns it.
+  AddStatus count(AddStatus status);
+
+  static constexpr int kStatuses = static_cast<int>(AddStatus::kNotCalibrated) + 1;
+
+ private:
+  std::array<std::int64_t, kStatuses> counts_{};
+};
+
 /// What was received and what was dropped, from the sensors to the keyframe window; nothing
 /// disappears without a count. The only such structure: InitWindow, IInitializer, host adapter, ROS
 /// nodes and the reports of the command line all hand out this one.
 struct StreamCounts {
-  std::int64_t imu_added = 0;
-  std::int64_t imu_not_finite = 0;
-  std::int64_t imu_glitches = 0;      ///< beyond ImuLimits
-  std::int64_t imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
-  std::int64_t imu_stray = 0;         ///< AddStatus::kStray
-  std::int64_t imu_before_jump = 0;   ///< AddStatus::kBeforeJump
-  std::int64_t frames_added = 0;
-  std::int64_t frames_not_finite = 0;
-  std::int64_t frames_out_of_order = 0;  ///< time not after the previous frame (duplicates too)
-  std::int64_t frames_stray = 0;
-  std::int64_t frames_before_jump = 0;
-  std::int64_t restarts = 0;                   ///< jumps in time; each dropped all data before it
-  std::int64_t lines_merged = 0;               ///< line messages that met the frame of their stamp
-  std::int64_t lines_waiting = 0;              ///< line messages whose frame has not come yet
-  std::int64_t lines_unmatched = 0;            ///< AddStatus::kUnmatched, or the frame never came
-  std::int64_t lines_not_finite = 0;           ///< line messages without a finite stamp
+  MessageCounts imu, frames, speeds;
+  MessageCounts lines;  ///< kUnmatched: the frame never came, too; kWaiting: so many are kept now
   std::int64_t observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
   std::int64_t observations_duplicate_id = 0;  ///< second use of an id within one frame
   std::int64_t lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
-  std::int64_t speeds_added = 0;
-  std::int64_t speeds_not_finite = 0;
-  std::int64_t speeds_glitches = 0;        ///< beyond StreamCheck::kMaxSpeed
-  std::int64_t speeds_no_covariance = 0;   ///< AddStatus::kNoCovariance
-  std::int64_t speeds_not_calibrated = 0;  ///< AddStatus::kNotCalibrated
-  std::int64_t speeds_out_of_order = 0;    ///< time not after the previous one
-  std::int64_t speeds_stray = 0;           ///< AddStatus::kStray
 
+  /// Jumps in time; each dropped all data before it.
+  std::int64_t restarts() const {
+    return imu[AddStatus::kRestarted] + frames[AddStatus::kRestarted];
+  }
   StreamCounts& operator+=(const StreamCounts& other);
 };
+
+/// What `now` has dropped more than `before`, e.g. "2 IMU samples (late), 1 frame (not finite)";
+/// "": nothing.
+std::string droppedSince(const StreamCounts& before, const StreamCounts& now);
 
 /// How a stream is checked.
 struct StreamOptions {

@@ -47,12 +47,12 @@ AddStatus InitSession::addPoints(FrameObservation frame) {
   PendingFrame pending;
   pending.t = frame.t;
   findRows(&frame);
-  const std::int64_t merged_before = initializer_->info().counts.lines_merged;
+  const std::int64_t merged_before = initializer_->info().counts.lines[AddStatus::kAdded];
   const AddStatus status = initializer_->addFrame(std::move(frame));
   if (status == AddStatus::kRestarted) forget();
   if (!isAdded(status)) return status;
   // Its lines were there first.
-  pending.has_lines = initializer_->info().counts.lines_merged > merged_before;
+  pending.has_lines = initializer_->info().counts.lines[AddStatus::kAdded] > merged_before;
   frames_.push_back(pending);
   if (frames_.size() > kMostPending) {
     frames_.pop_front();
@@ -115,7 +115,8 @@ Attempt InitSession::attempt(bool requested) {
 void InitSession::restart() {
   ++counts_.restarts;
   before_restart_ = streamCounts();
-  before_restart_.lines_unmatched += std::exchange(before_restart_.lines_waiting, 0);
+  before_restart_.lines[AddStatus::kUnmatched] +=
+      std::exchange(before_restart_.lines[AddStatus::kWaiting], 0);
   initializer_->reset();
   screen_ = host_health::ImuScreen(options_.imu);
   forget();
@@ -130,7 +131,7 @@ void InitSession::forget() {
 
 StreamCounts InitSession::streamCounts() const {
   StreamCounts counts = before_restart_;
-  counts.imu_glitches += screen_.discarded();
+  counts.imu[AddStatus::kGlitch] += screen_.discarded();
   return counts += initializer_->info().counts;
 }
 

@@ -55,10 +55,10 @@ class SlimInitNode {
   bool publish_tf_ = true;
   bool expect_lines_ = true;
   std::unique_ptr<InitSession> session_;
-  NodeStreams streams_{{{"imu", StreamKind::kImu, true},
-                        {"feature", StreamKind::kFrames, true},
-                        {"line", StreamKind::kLines, false},
-                        {"speed", StreamKind::kSpeeds, false}}};
+  NodeStreams streams_{{{"imu", &StreamCounts::imu, true},
+                        {"feature", &StreamCounts::frames, true},
+                        {"line", &StreamCounts::lines, false},
+                        {"speed", &StreamCounts::speeds, false}}};
   std::int64_t jumps_seen_ = 0;  // jumps in time that a restart message has announced
   std::string last_status_;
   double last_attempt_ms_ = kNotComputed;
@@ -165,7 +165,7 @@ void SlimInitNode::onRestart(const std_msgs::Bool& message) {
   if (!message.data) return;
   // The tracker announces a jump that the stamps have shown already; its message may come after the
   // first data of the new time, which must stay.
-  const std::int64_t jumps = session_->streamCounts().restarts;
+  const std::int64_t jumps = session_->streamCounts().restarts();
   if (jumps > jumps_seen_) {
     jumps_seen_ = jumps;
     return;
@@ -259,9 +259,9 @@ Diagnostics::Statuses SlimInitNode::diagnostics() {
   addValue("successes", counts.successes, &state);
   addValue("last status", last_status_, &state);
   addValue("last attempt [ms]", last_attempt_ms_, &state);
-  addValue("frames", streams.frames_added, &state);
+  addValue("frames", streams.frames.added(), &state);
   addValue("frames that no IMU covered", counts.frames_uncovered, &state);
-  addValue("time jumps", streams.restarts, &state);
+  addValue("time jumps", streams.restarts(), &state);
   addValue("restarts", counts.restarts, &state);
   addValue("observations not finite", streams.observations_not_finite, &state);
   addValue("observations with the id of another", streams.observations_duplicate_id, &state);

@@ -17,29 +17,6 @@ constexpr double kSilence = 2.0;  // [s], wall clock
 // A step in the numbers of the headers as large is a restarted publisher.
 constexpr std::uint32_t kNoCount = 10000;
 
-// Why StreamCheck drops messages, with the names in the diagnostics.
-struct Drop {
-  StreamKind kind;
-  const char* reason;
-  std::int64_t StreamCounts::*count;
-};
-constexpr Drop kDrops[] = {
-    {StreamKind::kImu, "glitch", &StreamCounts::imu_glitches},
-    {StreamKind::kImu, "late", &StreamCounts::imu_out_of_order},
-    {StreamKind::kImu, "stray stamp", &StreamCounts::imu_stray},
-    {StreamKind::kImu, "before a time jump", &StreamCounts::imu_before_jump},
-    {StreamKind::kFrames, "late", &StreamCounts::frames_out_of_order},
-    {StreamKind::kFrames, "stray stamp", &StreamCounts::frames_stray},
-    {StreamKind::kFrames, "before a time jump", &StreamCounts::frames_before_jump},
-    {StreamKind::kLines, "without frame", &StreamCounts::lines_unmatched},
-    {StreamKind::kSpeeds, "not finite", &StreamCounts::speeds_not_finite},
-    {StreamKind::kSpeeds, "absurd speed", &StreamCounts::speeds_glitches},
-    {StreamKind::kSpeeds, "covariance not positive definite", &StreamCounts::speeds_no_covariance},
-    {StreamKind::kSpeeds, "sensor not calibrated", &StreamCounts::speeds_not_calibrated},
-    {StreamKind::kSpeeds, "late", &StreamCounts::speeds_out_of_order},
-    {StreamKind::kSpeeds, "stray stamp", &StreamCounts::speeds_stray},
-};
-
 }  // namespace
 
 void raise(int level, const std::string& message, DiagnosticStatus* status) {
@@ -90,10 +67,12 @@ DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
     addValue(s.name + " lost", s.lost, &status);
     addValue(s.name + " discarded: malformed", s.malformed, &status);
     std::int64_t dropped = s.malformed + s.lost;
-    for (const Drop& drop : kDrops) {
-      if (drop.kind != s.kind) continue;
-      addValue(s.name + " discarded: " + drop.reason, counts.*drop.count, &status);
-      dropped += counts.*drop.count;
+    for (int i = 0; i < MessageCounts::kStatuses; ++i) {
+      const auto reason = static_cast<AddStatus>(i);
+      const std::int64_t count = (counts.*s.counts)[reason];
+      if (!isDropped(reason) || count == 0) continue;
+      addValue(s.name + " discarded: " + toString(reason), count, &status);
+      dropped += count;
     }
     if (!s.last_reason.empty()) addValue(s.name + " last discarded", s.last_reason, &status);
     if (dropped > s.dropped_before) {

@@ -42,11 +42,8 @@ AddStatus KeyframeWindow::addSpeed(const SpeedSample& sample) {
 }
 
 AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> lines) {
-  StreamCounts& counts = check_.counts();
-  if (!std::isfinite(stamp)) {
-    ++counts.lines_not_finite;
-    return AddStatus::kNotFinite;
-  }
+  MessageCounts& counts = check_.counts().lines;
+  if (!std::isfinite(stamp)) return counts.count(AddStatus::kNotFinite);
   if (frames_.empty() || stamp > frames_.back()->t + kSameStamp) {
     waitForFrame(stamp, std::move(lines));
     return AddStatus::kWaiting;
@@ -54,12 +51,11 @@ AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> li
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
     if (std::abs((*frame)->t - stamp) > kSameStamp) continue;
     FrameObservation with_lines = **frame;
-    if (!merge(std::move(lines), &with_lines)) return AddStatus::kUnmatched;
+    const AddStatus status = merge(std::move(lines), &with_lines);
     *frame = std::make_shared<const FrameObservation>(std::move(with_lines));
-    return AddStatus::kAdded;
+    return status;
   }
-  ++counts.lines_unmatched;
-  return AddStatus::kUnmatched;
+  return counts.count(AddStatus::kUnmatched);
 }
 
 void KeyframeWindow::setTd(double td) {
@@ -68,16 +64,12 @@ void KeyframeWindow::setTd(double td) {
   if (changed.validate().empty()) calibration_.td = td;
 }
 
-bool KeyframeWindow::merge(std::vector<LineObservation> lines, FrameObservation* observation) {
+AddStatus KeyframeWindow::merge(std::vector<LineObservation> lines, FrameObservation* observation) {
   StreamCounts& counts = check_.counts();
-  if (!observation->lines.empty()) {
-    ++counts.lines_unmatched;
-    return false;
-  }
+  if (!observation->lines.empty()) return counts.lines.count(AddStatus::kUnmatched);
   observation->lines = std::move(lines);
   cleanLines(observation->lines, counts);
-  ++counts.lines_merged;
-  return true;
+  return counts.lines.count(AddStatus::kAdded);
 }
 
 // Lines that were here before their frame. The frame of an older stamp does not come any more, and
@@ -88,15 +80,15 @@ void KeyframeWindow::mergeWaiting(double stamp, FrameObservation* observation) {
     if (std::abs(waiting_.front().stamp - stamp) <= kSameStamp) {
       merge(std::move(waiting_.front().lines), observation);
     } else {
-      ++counts.lines_unmatched;
+      ++counts.lines[AddStatus::kUnmatched];
     }
     waiting_.pop_front();
   }
   while (!waiting_.empty() && waiting_.back().stamp > stamp + StreamCheck::kJump) {
-    ++counts.lines_unmatched;
+    ++counts.lines[AddStatus::kUnmatched];
     waiting_.pop_back();
   }
-  counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
+  counts.lines[AddStatus::kWaiting] = static_cast<std::int64_t>(waiting_.size());
 }
 
 void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lines) {
@@ -107,9 +99,9 @@ void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lin
   waiting_.insert(place, {stamp, std::move(lines)});
   if (waiting_.size() > kMaxWaitingLines) {
     waiting_.pop_front();
-    ++counts.lines_unmatched;
+    ++counts.lines[AddStatus::kUnmatched];
   }
-  counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
+  counts.lines[AddStatus::kWaiting] = static_cast<std::int64_t>(waiting_.size());
 }
 
 // Start of the samples without a gap that reach the frame `newest`, which the IMU covers.
@@ -274,8 +266,8 @@ void KeyframeWindow::reset() { *this = KeyframeWindow(calibration_, options_, ch
 // After a jump in time: nothing of the old time is used again, counts stay.
 void KeyframeWindow::dropData() {
   StreamCounts& counts = check_.counts();
-  counts.lines_unmatched += static_cast<std::int64_t>(waiting_.size());
-  counts.lines_waiting = 0;
+  counts.lines[AddStatus::kUnmatched] += static_cast<std::int64_t>(waiting_.size());
+  counts.lines[AddStatus::kWaiting] = 0;
   imu_.clear();
   frames_.clear();
   speeds_.clear();

@@ -2,25 +2,79 @@
 #include "slim_init/stream_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
-#include <functional>
-#include <type_traits>
+#include <utility>
 
 #include "geometry/dense.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 
-StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
-  // Counts and nothing else: as an array of them, in which none is forgotten.
-  std::array<std::int64_t, sizeof(StreamCounts) / sizeof(std::int64_t)> sum, more;
-  static_assert(sizeof(sum) == sizeof(StreamCounts) && std::is_trivially_copyable_v<StreamCounts>);
-  std::memcpy(sum.data(), this, sizeof(sum));
-  std::memcpy(more.data(), &other, sizeof(more));
-  std::transform(sum.begin(), sum.end(), more.begin(), sum.begin(), std::plus<>());
-  std::memcpy(this, sum.data(), sizeof(sum));
+const char* toString(AddStatus status) {
+  switch (status) {
+    case AddStatus::kAdded: return "added";
+    case AddStatus::kRestarted: return "restarted";
+    case AddStatus::kNotFinite: return "not finite";
+    case AddStatus::kGlitch: return "glitch";
+    case AddStatus::kOutOfOrder: return "late";
+    case AddStatus::kStray: return "stray stamp";
+    case AddStatus::kBeforeJump: return "before a time jump";
+    case AddStatus::kWaiting: return "waiting";
+    case AddStatus::kUnmatched: return "without frame";
+    case AddStatus::kNotSupported: return "not supported";
+    case AddStatus::kNoCovariance: return "covariance not positive definite";
+    case AddStatus::kNotCalibrated: return "sensor not calibrated";
+  }
+  return "unknown";
+}
+
+std::int64_t MessageCounts::added() const {
+  return (*this)[AddStatus::kAdded] + (*this)[AddStatus::kRestarted];
+}
+
+MessageCounts& MessageCounts::operator+=(const MessageCounts& other) {
+  for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
   return *this;
+}
+
+AddStatus MessageCounts::count(AddStatus status) {
+  ++(*this)[status];
+  return status;
+}
+
+StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
+  imu += other.imu;
+  frames += other.frames;
+  speeds += other.speeds;
+  lines += other.lines;
+  observations_not_finite += other.observations_not_finite;
+  observations_duplicate_id += other.observations_duplicate_id;
+  lines_degenerate += other.lines_degenerate;
+  return *this;
+}
+
+std::string droppedSince(const StreamCounts& before, const StreamCounts& now) {
+  std::string list;
+  const auto add = [&list](const char* what, const char* why, std::int64_t count) {
+    if (count > 0) list += text(list.empty() ? "" : ", ", count, ' ', what, " (", why, ')');
+  };
+  const std::pair<const char*, MessageCounts StreamCounts::*> streams[] = {
+      {"IMU samples", &StreamCounts::imu},
+      {"frames", &StreamCounts::frames},
+      {"messages of lines", &StreamCounts::lines},
+      {"velocities", &StreamCounts::speeds}};
+  for (const auto& [what, stream] : streams) {
+    for (int i = 0; i < MessageCounts::kStatuses; ++i) {
+      const auto status = static_cast<AddStatus>(i);
+      if (!isDropped(status)) continue;
+      add(what, toString(status), (now.*stream)[status] - (before.*stream)[status]);
+    }
+  }
+  add("observations", "not finite", now.observations_not_finite - before.observations_not_finite);
+  add("observations", "id used twice",
+      now.observations_duplicate_id - before.observations_duplicate_id);
+  add("lines", "without length", now.lines_degenerate - before.lines_degenerate);
+  return list;
 }
 
 StreamOptions StreamOptions::liveData(const ImuLimits& imu) {
@@ -37,56 +91,36 @@ AddStatus StreamCheck::checkImu(const ImuSample& sample) {
   } else if (std::isfinite(sample.t) && sample.gyro.allFinite() && sample.accel.allFinite()) {
     status = checkTime(sample.t, false, &imu_);
   }
-  switch (status) {
-    case AddStatus::kAdded:
-    case AddStatus::kRestarted: ++counts_.imu_added; break;
-    case AddStatus::kNotFinite: ++counts_.imu_not_finite; break;
-    case AddStatus::kGlitch: ++counts_.imu_glitches; break;
-    case AddStatus::kStray: ++counts_.imu_stray; break;
-    case AddStatus::kBeforeJump: ++counts_.imu_before_jump; break;
-    default: ++counts_.imu_out_of_order;
-  }
-  return status;
+  return counts_.imu.count(status);
 }
 
 AddStatus StreamCheck::checkFrame(double t) {
   AddStatus status = AddStatus::kNotFinite;
   if (std::isfinite(t)) status = checkTime(t, options_.restart_on_frame_gap, &frames_);
-  switch (status) {
-    case AddStatus::kAdded:
-    case AddStatus::kRestarted: ++counts_.frames_added; break;
-    case AddStatus::kNotFinite: ++counts_.frames_not_finite; break;
-    case AddStatus::kStray: ++counts_.frames_stray; break;
-    case AddStatus::kBeforeJump: ++counts_.frames_before_jump; break;
-    default: ++counts_.frames_out_of_order;
-  }
-  return status;
+  return counts_.frames.count(status);
 }
 
 AddStatus StreamCheck::checkSpeed(const SpeedSample& sample, const SpeedSensor& sensor) {
   const int rows = sample.forward_only ? 1 : 3;
   const auto covariance = sample.covariance.topLeftCorner(rows, rows);
   const auto velocity = sample.velocity.head(rows);
-  const auto counted = [](std::int64_t* count, AddStatus status) {
-    ++*count;
-    return status;
-  };
-  if (!sensor.calibrated) return counted(&counts_.speeds_not_calibrated, AddStatus::kNotCalibrated);
+  const auto counted = [this](AddStatus status) { return counts_.speeds.count(status); };
+  if (!sensor.calibrated) return counted(AddStatus::kNotCalibrated);
   if (!std::isfinite(sample.t) || !velocity.allFinite() || !covariance.allFinite()) {
-    return counted(&counts_.speeds_not_finite, AddStatus::kNotFinite);
+    return counted(AddStatus::kNotFinite);
   }
-  if (velocity.norm() > kMaxSpeed) return counted(&counts_.speeds_glitches, AddStatus::kGlitch);
+  if (velocity.norm() > kMaxSpeed) return counted(AddStatus::kGlitch);
   if (!isPositiveDefinite(covariance)) {
-    return counted(&counts_.speeds_no_covariance, AddStatus::kNoCovariance);
+    return counted(AddStatus::kNoCovariance);
   }
   if (options_.live && std::abs(sample.t - newest_) > kJump) {
-    return counted(&counts_.speeds_stray, AddStatus::kStray);
+    return counted(AddStatus::kStray);
   }
   if (sample.t <= last_speed_) {
-    return counted(&counts_.speeds_out_of_order, AddStatus::kOutOfOrder);
+    return counted(AddStatus::kOutOfOrder);
   }
   last_speed_ = sample.t;
-  return counted(&counts_.speeds_added, AddStatus::kAdded);
+  return counted(AddStatus::kAdded);
 }
 
 void StreamCheck::forgetTimes() {
@@ -130,7 +164,6 @@ AddStatus StreamCheck::use(double t, Stream* stream) {
 }
 
 AddStatus StreamCheck::restart(double t, Stream* stream) {
-  ++counts_.restarts;
   before_ = t < newest_ ? newest_ : kNotComputed;
   forgetTimes();
   imu_.follows_jump = frames_.follows_jump = true;

@@ -35,14 +35,11 @@ diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std:
 /// level OK.
 void raise(int level, const std::string& message, diagnostic_msgs::DiagnosticStatus* status);
 
-/// Which part of StreamCounts is about a stream.
-enum class StreamKind { kImu, kFrames, kLines, kSpeeds };
-
 /// One subscribed stream.
 struct InputStream {
-  std::string name;  ///< as in "imu"
-  StreamKind kind;
-  bool required;  ///< may not stay silent
+  std::string name;                     ///< as in "imu"
+  MessageCounts StreamCounts::*counts;  ///< the part that is about it
+  bool required;                        ///< may not stay silent
   std::int64_t received = 0;
   std::int64_t malformed = 0;
   std::int64_t lost = 0;         ///< sent and never received, by the numbers in the headers

@@ -82,7 +82,7 @@ class ImuScreen {
   /// Returns the receiver's status of `sample`, kGlitch if the screen has discarded it. When the
   /// receiver restarts for another reason the caller calls reset().
   AddStatus pass(const ImuSample& sample, const Receiver& receiver);
-  /// Samples that pass() has discarded, besides those of the receiver's StreamCounts::imu_glitches;
+  /// Samples that pass() has discarded, besides the glitches of the receiver's StreamCounts::imu;
   /// kept by reset().
   std::int64_t discarded() const { return discarded_; }
   /// Stamp of the newest sample that pass() has received [s]; NaN: none.
