@@ -278,11 +278,6 @@ slim_init_set_up() {
   slim_init_timed build slim_init_build "$@"
 }
 
-# Whether the configuration left "$1" out (slim_init/cmake/SlimInitLeftOut.cmake writes the list).
-slim_init_is_left_out() {
-  grep -q "^$1: " "${SLIM_INIT_BUILD_DIR}/left_out.txt" 2>/dev/null
-}
-
 # The last lines of a run: times, and what this machine did not build or test.
 slim_init_summary() {
   local package times

@@ -121,6 +121,7 @@ CameraParameters halved(CameraParameters camera, int halvings) {
 
 // The options for that image: the distance between points is one in the camera's image.
 FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, int halvings) {
+  if (options.mask.empty() && options.host.fisheye) options.mask = imageCircle(camera);
   if (halvings == 0) return options;
   double& distance_px = options.points.min_distance_px;
   distance_px =
@@ -227,7 +228,8 @@ void FeatureTracker::brighten(const cv::Mat& grey) {
 
 void FeatureTracker::build(const cv::Mat& grey, int gain, ImagePyramid* out) {
   if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
-  buildImagePyramid(gain > 1 ? equalized_ : grey, options_.points.window_px,
+  buildImagePyramid(gain > 1 ? equalized_ : grey,
+                    std::max(options_.points.window_px, LineTracker::kWindowPx),
                     std::max(options_.points.levels, 1), halvings_, out);
 }
 
@@ -294,6 +296,13 @@ cv::Mat FeatureTracker::debugImage() const {
 }
 
 }  // namespace
+
+cv::Mat imageCircle(const CameraParameters& camera) {
+  cv::Mat circle(camera.height, camera.width, CV_8UC1, cv::Scalar(0));
+  cv::circle(circle, cv::Point(cvRound(camera.cx), cvRound(camera.cy)),
+             std::max(camera.width, camera.height) / 2, cv::Scalar(255), cv::FILLED);
+  return circle;
+}
 
 const char* toString(ImageStatus status) {
   switch (status) {

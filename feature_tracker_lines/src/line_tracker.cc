@@ -14,10 +14,7 @@ namespace {
 // Points per line that KLT predicts the line with; so many it has to find: two always lie on a
 // line.
 constexpr int kSamples = 5, kLeastMoved = 3;
-// KLT of points on lines: a smaller window than for corners [px], since the edge itself is what
-// counts, as wide as OpenCV's vector loop, and few iterations, since along the edge there is
-// nothing to converge to.
-constexpr int kWindowPx = 8;
+// Few iterations, since along the edge there is nothing to converge to.
 const cv::TermCriteria kFlowEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 5, 0.02);
 // From its second image on the motion of a line is known. Its prediction is then good to a pixel or
 // two, and one pyramid level is enough; a new line may be off by more.

@@ -44,6 +44,10 @@ struct LineSegment {
 /// Detects and follows lines.
 class LineTracker {
  public:
+  /// KLT of points on lines: a smaller window than for corners [px], since the edge itself is what
+  /// counts, as wide as OpenCV's vector loop. Pyramids need a border at least as wide.
+  static constexpr int kWindowPx = 8;
+
   LineTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
   /// Segments of the image `now`, the longest first. Does not touch the tracked lines.

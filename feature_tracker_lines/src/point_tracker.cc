@@ -108,13 +108,7 @@ double medianOf(std::array<float, kNeighbours>& values, int count) {
 cv::Mat usableArea(const Camera& camera, const FrontEndOptions& options) {
   const CameraParameters& c = camera.parameters();
   cv::Mat usable(c.height, c.width, CV_8UC1, cv::Scalar(255));
-  if (!options.mask.empty()) {
-    usable.setTo(0, options.mask == 0);
-  } else if (options.host.fisheye) {
-    usable.setTo(0);
-    cv::circle(usable, cv::Point(cvRound(c.cx), cvRound(c.cy)), std::max(c.width, c.height) / 2,
-               cv::Scalar(255), cv::FILLED);
-  }
+  if (!options.mask.empty()) usable.setTo(0, options.mask == 0);
   const cv::Rect image(0, 0, c.width, c.height);
   for (int y = 0; y < c.height; y += kUsableStepPx) {
     for (int x = 0; x < c.width; x += kUsableStepPx) {
@@ -827,7 +821,7 @@ void PointTracker::followVins(double t, const ImagePyramid& before, const ImageP
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) moved = searchVins(before, now);
   // The host rejects, thins out and refills only in images that it publishes.
-  const bool published = countPublished(t);
+  const bool published = report->publishable = countPublished(t);
   if (published) rejectVins(&moved, report);
   tracks_ = std::move(moved);
   if (published) {

@@ -183,9 +183,9 @@ TEST_F(ConfigFile, OurKeysOfEveryKind) {
   Config config = loaded(kHostFile +
                          "slim_init:\n"
                          "  method: slim-paper\n"
-                         "  sigma_px: 1\n"  // a whole number is a number
-                         "  window: {keyframes: 12, min_interval_s: 0.3}\n"
-                         "  refinement:\n    use_lines: false\n"
+                         "  sigma_px: 1\n"  // a whole number is a number, and 10.0 is a whole one
+                         "  window: {keyframes: 12.0, min_interval_s: 0.3}\n"
+                         "  refinement:\n    use_lines: 0.0\n"
                          "  gates:\n    mode: off\n");
   EXPECT_EQ(config.method, "slim-paper");
   EXPECT_EQ(config.calibration.sigma_px, 1.0);
@@ -382,6 +382,10 @@ TEST_F(ConfigMask, TheHostsMaskOfAFisheye) {
             0)
       << "what both leave";
 
+  const int circle_of_half = usedIn(maskOf("fisheye: 1\nmask: \"slim_init_mask.png\"\n"));
+  EXPECT_LT(circle_of_half, kHalf) << "and not the corners";
+  EXPECT_GT(circle_of_half, 0.9 * kHalf);
+
   // VINS-Mono's file, which no key names.
   EXPECT_TRUE(maskOf("fisheye: 1\n").empty());
   writeMask("fisheye_mask.jpg", 752, 480, 0, 255);
@@ -389,6 +393,9 @@ TEST_F(ConfigMask, TheHostsMaskOfAFisheye) {
   ASSERT_FALSE(mask.empty());
   EXPECT_EQ(usedIn(mask), kHalf) << "the grey of the compression is not used";
   EXPECT_TRUE(maskOf("fisheye: 0\n").empty());
+  EXPECT_EQ(usedIn(maskOf("fisheye: 1\nmask: \"slim_init_mask.png\"\n")), kHalf);
+  // LVI-SAM names a file of its package so.
+  EXPECT_EQ(usedIn(maskOf("mask: \"/slim_init_mask.png\"\n")), kHalf);
   writeMask("fisheye_mask.jpg", 512, 512, 0, 255);
   EXPECT_TRUE(maskOf("fisheye: 1\n").empty());
   ASSERT_FALSE(notes_.empty());

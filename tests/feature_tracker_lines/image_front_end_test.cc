@@ -543,13 +543,19 @@ TEST_F(FrontEndFailures, BadImagesAreRefusedAndForgotten) {
 
 TEST_F(FrontEndFailures, AnImageThatOpenCvRefusesRestartsTracking) {
   FrontEndOptions options = smallOptions();
-  options.points.window_px = 1;  // validate() would refuse it; OpenCV needs at least 3
-  ImageFrontEnd front_end(walk_.parameters, walk_.calibration, options);
-  const FrameObservation before = frame_;
-  EXPECT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kBadImage);
-  EXPECT_EQ(frame_.points.size(), before.points.size());
-  // Its time counts all the same.
-  EXPECT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kOutOfOrder);
+  for (const int window_px : {1, 5}) {  // validate() would refuse 1; OpenCV needs at least 3
+    options.points.window_px = window_px;
+    ImageFrontEnd front_end(walk_.parameters, walk_.calibration, options);
+    ASSERT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kTracked);
+    const FrameObservation before = frame_;
+    EXPECT_EQ(front_end.addImage(walk_.time(1), walk_.image(1), &frame_),
+              window_px == 1 ? ImageStatus::kBadImage : ImageStatus::kTracked);
+    if (window_px == 1) {
+      EXPECT_EQ(frame_.t, before.t);
+    }
+    // Its time counts all the same.
+    EXPECT_EQ(front_end.addImage(walk_.time(1), walk_.image(1), &frame_), ImageStatus::kOutOfOrder);
+  }
 }
 
 TEST_F(FrontEndFailures, BlackAndSaturatedImagesEndAllTracksAndTheNextStartsAnew) {
@@ -689,21 +695,29 @@ TEST(FrontEndMask, TakesThePlaceOfTheImageCircle) {
   CameraParameters camera = smallCamera();
   camera.width = camera.height;  // a square has large corners
   camera.cx = camera.cy = 0.5 * camera.width;
-  RoomWalk walk(camera, BoxRoom(kRoom, textures::rich), Motion(), 2);
-  const auto pointsInCorners = [&](const cv::Mat& mask) {
+  RoomWalk walk(camera, BoxRoom(kRoom, textures::bricks), Motion(), 2);
+  const auto inCorners = [&](const cv::Mat& mask) {
     FrontEndOptions options = smallOptions();
     options.host.fisheye = true;
     options.mask = mask;
     ImageFrontEnd front_end(camera, walk.calibration, options);
     FrameObservation frame;
     EXPECT_EQ(front_end.addImage(0.0, walk.image(0), &frame), ImageStatus::kTracked);
-    const double radius = 0.5 * camera.width + 4.0;  // cornerSubPix() moves them
-    return std::count_if(frame.points.begin(), frame.points.end(), [&](const auto& point) {
-      return (point.pixel - Eigen::Vector2d(camera.cx, camera.cy)).norm() > radius;
-    });
+    const double radius = 0.5 * camera.width + 1.0;
+    const auto isOutside = [&](const Eigen::Vector2d& pixel) {
+      return (pixel - Eigen::Vector2d(camera.cx, camera.cy)).norm() > radius;
+    };
+    std::pair<int, int> outside = {0, 0};  // points and lines
+    for (const PointObservation& point : frame.points) outside.first += isOutside(point.pixel);
+    for (const LineObservation& line : frame.lines) {
+      outside.second += isOutside(line.start_pixel) || isOutside(line.end_pixel);
+    }
+    return outside;
   };
-  EXPECT_EQ(pointsInCorners({}), 0);
-  EXPECT_GT(pointsInCorners(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255))), 0);
+  EXPECT_EQ(inCorners({}), std::make_pair(0, 0));
+  const auto whole = inCorners(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255)));
+  EXPECT_GT(whole.first, 0);
+  EXPECT_GT(whole.second, 0);
 }
 
 }  // namespace

@@ -176,6 +176,27 @@ TEST_F(ImagePipelineTest, PublishesAtTheRateOfTheHost) {
   EXPECT_NEAR(out[3].frame.t - out[3].previous.t, 0.05, 1e-9);
 }
 
+// VINS-Mono rejects outliers in the images that it publishes, which a rate of the images that is
+// no multiple makes irregular.
+TEST_F(ImagePipelineTest, TheProfileOfTheHostPublishesWhatItHasChecked) {
+  config_.front_end.profile = feature_tracker_lines::TrackerProfile::kVins;
+  options_.publish_rate_hz = 10.0;
+  ImagePipeline pipeline(config_, options_);
+  int published = 0, checked = 0;
+  for (int k = 0; k < 60; ++k) {
+    const double t = 0.04 * k;  // 25 Hz
+    for (int i = 8 * k; i < 8 * (k + 1); ++i) pipeline.addImu(sampleAt(kImuInterval * (i + 3)));
+    pipeline.addImage(t, imageAt(t));
+    bool worked = false;
+    const bool now = pipeline.track(&worked).has_value();
+    EXPECT_TRUE(!now || pipeline.frontEnd().report().publishable) << k;
+    published += now ? 1 : 0;
+    checked += worked && pipeline.frontEnd().report().publishable ? 1 : 0;
+  }
+  EXPECT_EQ(published, checked - 1) << "all but the first, which has no velocities";
+  EXPECT_NEAR(published, 24, 2);
+}
+
 // A velocity of zero would be one more observation that td is zero.
 TEST_F(ImagePipelineTest, AHostThatEstimatesTdGetsPointsWithAVelocity) {
   Config config = smallCamera();

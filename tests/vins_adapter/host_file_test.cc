@@ -149,6 +149,16 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   EXPECT_EQ(calibration.t_b_c, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_NEAR(calibration.R_b_c(1, 0), 1.0, 1e-12);
   EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
+  // What is left of VINS-Mono's file, the host does not read.
+  const std::string stale =
+      matrixKey("extrinsicRotation", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") +
+      "image_topic: \"/stale\"\n";
+  const auto by_matrix = opened(text + stale);
+  ASSERT_NE(by_matrix, nullptr) << error_;
+  EXPECT_NEAR(by_matrix->calibration().R_b_c(1, 0), 1.0, 1e-12);
+  ASSERT_EQ(file_.notes.size(), 3u) << "and the noise densities";
+  expectParts(file_.notes[0], "extrinsicRotation is ignored");
+
   std::string full_name = text;
   full_name.replace(text.find("cam0.yaml"), 9, folder_.file("cam0.yaml"));
   const auto by_full_name = opened(full_name);

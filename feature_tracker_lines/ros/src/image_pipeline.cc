@@ -23,6 +23,13 @@ StreamOptions streamOptions(const ImuLimits& limits) {
   return options;
 }
 
+// Profile `vins` decides by itself which images are published, by the host's rule.
+Config withRate(Config config, double publish_rate_hz) {
+  int& freq = config.front_end.host.freq;
+  freq = publish_rate_hz > 0.0 ? std::max(1, static_cast<int>(std::lround(publish_rate_hz))) : 0;
+  return config;
+}
+
 bool pointsForward(const Eigen::Vector3d& bearing) { return bearing.z() >= kLeastForward; }
 
 }  // namespace
@@ -41,10 +48,10 @@ std::string ImagePipelineOptions::validate() const {
 }
 
 ImagePipeline::ImagePipeline(const Config& config, const ImagePipelineOptions& options)
-    : config_(config),
+    : config_(withRate(config, options.publish_rate_hz)),
       options_(options),
       check_(streamOptions(config.options.imu)),
-      front_end_(config.camera, config.calibration, config.front_end) {
+      front_end_(config_.camera, config_.calibration, config_.front_end) {
   forgetImages();
 }
 
@@ -140,6 +147,9 @@ bool ImagePipeline::publishNow(double t) {
   if (std::isnan(t_next_publish_)) {
     t_next_publish_ = t + interval;
     return false;
+  }
+  if (config_.front_end.profile == feature_tracker_lines::TrackerProfile::kVins) {
+    return front_end_.report().publishable;
   }
   // Stamps jitter about their grid: a quarter of an interval early is in time.
   if (t < t_next_publish_ - 0.25 * interval) return false;

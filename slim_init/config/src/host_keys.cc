@@ -9,6 +9,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slim_init/feature_tracker_lines/image_front_end.h"
 #include "yaml_value.h"
 
 namespace slim_init::config {
@@ -209,11 +210,23 @@ Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R) {
   return nearest;
 }
 
+// VINS-Fusion has the camera in a file of its own, reads image0_topic, and both parts of the
+// extrinsic from one matrix.
+bool isOfFusion(const cv::FileNode& root) { return !root["cam0_calib"].empty(); }
+
+void noteIgnored(const cv::FileNode& root, Config* config) {
+  if (!isOfFusion(root)) return;
+  for (const char* const key : {"extrinsicRotation", "extrinsicTranslation", "image_topic"}) {
+    if (root[key].empty()) continue;
+    config->notes.push_back(std::string(key) +
+                            " is ignored: a host with cam0_calib reads body_T_cam0, image0_topic");
+  }
+}
+
 void readExtrinsic(const cv::FileNode& root, Config* config) {
-  // VINS-Fusion writes both into one matrix.
   HostKeys& host = config->host;
-  host.extrinsic_in_one_matrix = root["extrinsicRotation"].empty() &&
-                                 !(root["body_T_cam0"].empty() && root["cam0_calib"].empty());
+  host.extrinsic_in_one_matrix =
+      isOfFusion(root) || (root["extrinsicRotation"].empty() && !root["body_T_cam0"].empty());
   const bool may_be_absent = host.estimate_extrinsic == 2;
   const char* const R_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicRotation";
   const char* const t_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicTranslation";
@@ -284,11 +297,20 @@ void readOutputFolder(const cv::FileNode& root, std::string* folder) {
   if (!folder->empty() && folder->front() == '~' && home != nullptr) folder->replace(0, 1, home);
 }
 
-// As a path in the file `path` is meant.
+bool exists(const std::string& path) { return std::ifstream(path, std::ios::binary).is_open(); }
+
+// As a path in the file `path` is meant. With a slash in front some hosts mean one in the folder of
+// the file or in their package, one folder up.
 std::string besideFile(const std::string& path, const std::string& name) {
   const std::size_t slash = path.rfind('/');
-  if (name.front() == '/' || slash == std::string::npos) return name;
-  return path.substr(0, slash + 1) + name;
+  const std::string folder = slash == std::string::npos ? "" : path.substr(0, slash + 1);
+  if (name.front() != '/') return folder + name;
+  if (exists(name)) return name;
+  for (const char* const start : {"", ".."}) {
+    const std::string inside = folder + start + name;
+    if (exists(inside)) return inside;
+  }
+  return name;
 }
 
 // VINS-Fusion keeps the camera in a file beside its own.
@@ -306,8 +328,6 @@ CameraParameters readHostCamera(const cv::FileNode& root, const std::string& pat
 
 // VINS-Mono's name of the mask of a fisheye, in its folder `config`.
 constexpr char kHostMask[] = "fisheye_mask.jpg";
-
-bool exists(const std::string& path) { return std::ifstream(path, std::ios::binary).is_open(); }
 
 cv::Mat readGrey(const char* key, const std::string& file) {
   // Tried first, because OpenCV prints to the console about a file it cannot open.
@@ -349,7 +369,7 @@ void readImage(const char* key, const std::string& file, Config* config) {
 }
 
 // The file of a VINS-Mono folder, which no key names: without it, or for another camera, the image
-// circle is used.
+// circle is used, by the tracker where there is no mask.
 void readHostMask(const std::string& path, Config* config) {
   for (const std::string& name : {std::string(kHostMask), std::string("../") + kHostMask}) {
     const std::string file = besideFile(path, name);
@@ -363,8 +383,10 @@ void readHostMask(const std::string& path, Config* config) {
         text("fisheye: ", file, " is ", grey.cols, " x ", grey.rows, ", the camera ",
              config->camera.width, " x ", config->camera.height,
              ": not used, the image circle is; name a mask with the key fisheye_mask"));
-    return;
+    break;
   }
+  cv::Mat& mask = config->front_end.mask;
+  if (!mask.empty()) apply("fisheye", "the image circle", imageCircle(config->camera), &mask);
 }
 
 }  // namespace
@@ -433,8 +455,11 @@ void readHost(const cv::FileNode& root, const std::string& path, Config* config)
   config->camera = readHostCamera(root, path);
   config->calibration.focal_px = Camera(config->camera).focalPx();
   readHostKeys(root, &config->host);
-  readOptional(root, "image0_topic", &config->image_topic);
   readTable(root, rigTable(config));
+  if (isOfFusion(root) || root["image_topic"].empty()) {
+    readOptional(root, "image0_topic", &config->image_topic);
+  }
+  noteIgnored(root, config);
   readExtrinsic(root, config);
   readSpeedSensor(root, config);
   readSigmas(config);
@@ -463,7 +488,7 @@ void readMask(const std::string& path, Config* config) {
   if (!config->front_end.host.fisheye) return;
   if (!host.fisheye_mask.empty()) {
     readImage("fisheye_mask", besideFile(path, host.fisheye_mask), config);
-  } else if (host.mask.empty()) {
+  } else {
     readHostMask(path, config);
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "slim_init/feature_tracker_lines/yaml_document.h"
 
@@ -29,6 +30,13 @@ std::string inFile(double value) {
   return number.find_first_of(".en") == std::string::npos ? number + ".0" : number;
 }
 
+// OpenCV takes 10.0 for 10, and so do its hosts.
+bool isWhole(const cv::FileNode& node) {
+  if (!node.isReal()) return node.isInt();
+  const double number = static_cast<double>(node);
+  return number == std::round(number) && std::abs(number) <= std::numeric_limits<int>::max();
+}
+
 }  // namespace
 
 void wrongKind(const std::string& key, const cv::FileNode& node, const std::string& wanted) {
@@ -36,7 +44,7 @@ void wrongKind(const std::string& key, const cv::FileNode& node, const std::stri
 }
 
 void read(const std::string& key, const cv::FileNode& node, int* value) {
-  if (!node.isInt()) wrongKind(key, node, "a whole number");
+  if (!isWhole(node)) wrongKind(key, node, "a whole number");
   *value = static_cast<int>(node);
 }
 
@@ -49,7 +57,7 @@ void read(const std::string& key, const cv::FileNode& node, double* value) {
 
 // OpenCV's YAML has no booleans: 0 and 1 are numbers, the words are strings.
 void read(const std::string& key, const cv::FileNode& node, bool* value) {
-  if (node.isInt()) {
+  if (isWhole(node)) {
     const int number = static_cast<int>(node);
     if (number == 0 || number == 1) {
       *value = number == 1;

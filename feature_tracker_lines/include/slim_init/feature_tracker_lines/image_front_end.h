@@ -35,6 +35,9 @@ struct ImageReport {
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
   /// The known rotation found or explained far fewer points than another and was not used.
   bool rotation_overruled = false;
+  /// Outliers were rejected and corners added; in profile `vins` only in the images that the host's
+  /// tracker publishes.
+  bool publishable = true;
   int points_tracked = 0;   ///< from the previous image, no outliers, not too close to others
   int points_outliers = 0;  ///< rejected by the outlier check
   int points_new = 0;       ///< corners added
@@ -44,6 +47,10 @@ struct ImageReport {
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
+
+/// What VINS-Mono uses of a fisheye's image if it has no mask: 255 in a circle about the principal
+/// point as wide as the image, otherwise 0 (CV_8UC1).
+cv::Mat imageCircle(const CameraParameters& camera);
 
 /// Rotation prediction from the gyro, point and line tracker, online gyro bias.
 ///
