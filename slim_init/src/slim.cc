@@ -1,19 +1,17 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "data/derived_window.h"
-#include "estimation/posterior.h"
-#include "imu/preintegration.h"
 #include "pipeline/answers.h"
-#include "pipeline/minimum_search.h"
+#include "pipeline/known_state.h"
+#include "pipeline/metric_estimate.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
-#include "scale/scale_profile.h"
-#include "scale/starting_states.h"
 #include "shape/ligt.h"
 #include "slim_init/text.h"
 #include "slim_init/window_solver.h"
@@ -22,172 +20,252 @@
 namespace slim_init {
 namespace {
 
-// No gate has refused, and yet there is no answer.
-void failWithoutAnswer(const TranslationEstimate& translation, InitResult* result) {
-  if (translation.valid) {
+// What an estimator goes on with in flight: standard deviations of the newest velocity, a part that
+// a host survives whatever its speed and a share of the speed, and of the newest attitude.
+constexpr double kVelocitySigma = 0.2;  // [m/s]
+constexpr double kVelocityShare = 0.06;
+constexpr double kTiltSigmaDeg = 1.5;
+
+// One solve. What is known beside the data decides what differs: a state at the first keyframe, of
+// a body at rest or in flight, or a prior on the motion for a provisional estimate. Numbers in
+// brackets are the sections of docs/derivation.md.
+class Solve {
+ public:
+  Solve(const InitWindow& window, const SolveRequest& request, const InitializerOptions& options,
+        WorkBudget* budget)
+      : given_(window),
+        options_(options),
+        budget_(*budget),
+        state_(request.first_state ? &*request.first_state : nullptr),
+        in_flight_(state_ != nullptr && !state_->at_rest),
+        provisional_(request.provisional && state_ == nullptr),
+        plain_(state_ == nullptr && !provisional_) {}
+
+  InitResult run();
+
+ private:
+  std::shared_ptr<const InitWindow> windowToSolve();
+  WindowPriors priorsOf(const RotationStage& rotation) const;
+  void setBounds(const InitWindow& seen, const MotionMeasures& motion);
+  bool endsWithoutTranslation();
+  bool canPass() const;
+  void setMetric(const MetricEstimate& metric, const RotationStage& rotation,
+                 const MotionMeasures& motion);
+  ProvisionalOptions newestBounds() const;
+  void nameSuccess(const MetricEstimate& metric);
+  void nameKnownState(const std::string& sigmas);
+  void failWithoutEstimate(const TranslationEstimate& translation);
+
+  const InitWindow& given_;
+  const InitializerOptions& options_;
+  WorkBudget& budget_;
+  const StatePrior* const state_;
+  const bool in_flight_, provisional_, plain_;
+  GateOptions bounds_;
+  InitResult result_;
+};
+
+InitResult Solve::run() {
+  StageClock clock(&result_);
+  if (!startResult(given_, &result_)) return result_;
+  const std::shared_ptr<const InitWindow> window = windowToSolve();
+  if (window == nullptr) return result_;
+
+  // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
+  // calibration that the rotations agree with; observations that contradict it are pruned. A host
+  // has flown with its calibration.
+  const RotationStage rotation =
+      estimateRotations(*window, options_, &budget_,
+                        in_flight_ ? GivenCalibration::kKept : GivenCalibration::kReplaced);
+  if (!acceptRotations(rotation, state_ != nullptr, &result_)) return result_;
+  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
+  clock.lap("gyro_bias");
+
+  // [4.2] Preintegrations at b_g; they fix the rotations up to section 3. [6] What the motion
+  // offers.
+  WindowPriors priors = priorsOf(rotation);
+  const auto [pre, R_b0_bk, R_c0_ck, motion] = integrateWindow(
+      tracks, state_ ? priors.known->gyro_bias : result_.gyro_bias,
+      state_ ? priors.known->accel_bias : Eigen::Vector3d::Zero(), options_.inertial);
+  setBounds(seen, motion);
+  clock.lap("integration");
+
+  MetricEstimate metric;
+  TranslationEstimate translation;
+  if (!endsWithoutTranslation()) {
+    // [2] Camera centres up to scale.
+    if (state_ == nullptr) translation = estimateTranslations(tracks, R_c0_ck);
+    clock.lap("translation");
+
+    // [3-5] Metric starts, maximum a posteriori estimate, posterior.
+    if (state_ != nullptr) {
+      // With less parallax points are directions.
+      priors.known->points_at_infinity =
+          !(motion.parallax_px >=
+            (in_flight_ ? options_.gates.min_parallax_px : options_.gates.min_least_parallax_px));
+    }
+    metric = estimateMetric({tracks, pre, options_.refinement, options_.inertial, budget_, priors},
+                            translation, options_, canPass(), &clock);
+    setMetric(metric, rotation, motion);
+  }
+
+  // [6] Verdict. [7] What is left of a window without translation.
+  enforceGates(options_.gates.mode, &result_);
+  decide(false, &result_);
+  nameSuccess(metric);
+  keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
+  clock.lap("verdict");
+  if (result_.success() && !result_.hasEstimate()) failWithoutEstimate(translation);
+  failAtLimit(&budget_, &result_);
+  return result_;
+}
+
+std::shared_ptr<const InitWindow> Solve::windowToSolve() {
+  if (state_ != nullptr) return windowOfState(given_, *state_, &result_);
+  // The integral over the scale knows no speeds; with them a success comes as early.
+  return provisional_ ? withoutSpeeds(given_) : unowned(given_);
+}
+
+WindowPriors Solve::priorsOf(const RotationStage& rotation) const {
+  WindowPriors priors = {rotation.prior};
+  if (state_ != nullptr) priors.known = stateFactor(*state_);
+  if (provisional_) priors.motion = MotionPrior{options_.provisional.speed_prior};
+  return priors;
+}
+
+// And the gates on the motion. A state in flight vouches for the scale without any.
+void Solve::setBounds(const InitWindow& seen, const MotionMeasures& motion) {
+  bounds_ = gatesInForce(options_.gates, seen, options_.window);
+  // Nothing checks the scale of a motion that has hardly begun.
+  if (provisional_ || (state_ != nullptr && motion.has_speeds)) {
+    bounds_.min_least_parallax_px = bounds_.min_parallax_px;
+  }
+  if (in_flight_) return;
+  appendGates(plain_ ? motionGates(motion, bounds_) : parallaxGates(motion, bounds_), &result_);
+}
+
+// Where not even the least parallax is there, no estimate can be accepted, and none is returned of
+// a window at rest or in pure rotation, or before its scale is known: the status is known before
+// anything metric is estimated.
+bool Solve::endsWithoutTranslation() {
+  if (options_.gates.mode == GateMode::kOff || state_ != nullptr) return false;
+  return std::any_of(result_.gates.begin(), result_.gates.end(), [this](const GateValue& gate) {
+    return gate.name == GateName::kLeastParallax && !gate.passed &&
+           (provisional_ || gate.status_if_failed == InitStatus::kStationary ||
+            gate.status_if_failed == InitStatus::kPureRotation);
+  });
+}
+
+// Without excitation the scale cannot be accepted, whatever the estimate is.
+bool Solve::canPass() const {
+  return options_.gates.mode == GateMode::kOff ||
+         std::all_of(result_.gates.begin(), result_.gates.end(), [](const GateValue& gate) {
+           return gate.name != GateName::kExcitation || gate.passed || !gate.exception.empty();
+         });
+}
+
+// States, covariance, and the gates on them. A start answers for its calibration.
+void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotation,
+                      const MotionMeasures& motion) {
+  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
+  if (!metric.posterior.valid) {
+    if (plain_ && !options_.slim.refine && metric.start) {
+      setWorldStates(seen, *metric.start, &result_);
+    }
+    return;
+  }
+  setEstimate(tracks, metric.refined, metric.posterior, &result_);
+  if (provisional_) moveToMean(metric.scale, metric.posterior, &result_);
+  const Calibration& given = given_.calibration();
+  const CalibrationEstimate& found = *result_.calibration;
+  if (!in_flight_ && !provisional_) appendCalibrationWarnings(given, found, &result_);
+  if (!in_flight_) appendGates(calibrationGates(given, found, bounds_), &result_);
+
+  PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
+                                                metric.profileOrNull(), result_.scale);
+  if (!provisional_) {
+    // The noise of the tracks makes short paths longer, and the scale of speeds would be about
+    // those.
+    const bool full =
+        isFull(seen, options_.window) && motion.parallax_px >= bounds_.min_parallax_px;
+    result_.scale_sigma =
+        scaleSigma(measures, metric.posterior.scale_sigma, full, bounds_.max_scale_sigma);
+  }
+  measures.scale_sigma = result_.scale_sigma;
+  if (in_flight_ || provisional_) {
+    appendGates(provisionalGates(measures, newestSigmas(result_), bounds_, newestBounds()),
+                &result_);
+  } else {
+    appendGates(posteriorGates(measures, motion, bounds_), &result_);
+  }
+  result_.prior_dropped = metric.contradicted;
+  if (state_ != nullptr) moveToWorldOf(*state_, metric.known_residual, &result_);
+}
+
+// What a host goes on with; in flight the velocity contains how the scale is known.
+ProvisionalOptions Solve::newestBounds() const {
+  ProvisionalOptions bounds = options_.provisional;
+  if (!in_flight_) return bounds;
+  bounds.max_velocity_sigma = kVelocitySigma + kVelocityShare * result_.states.back().v_w_b.norm();
+  bounds.max_tilt_sigma_deg = kTiltSigmaDeg;
+  bounds.max_scale_sigma = HUGE_VAL;
+  return bounds;
+}
+
+// What a success rests on.
+void Solve::nameSuccess(const MetricEstimate& metric) {
+  if (!result_.success() || !result_.hasEstimate()) return;
+  const NewestSigmas newest = newestSigmas(result_);
+  const std::string sigmas = roundedText(2, "standard deviations of velocity ", newest.velocity,
+                                         " m/s, tilt ", newest.tilt_deg, " deg");
+  if (provisional_) {
+    fail(InitStatus::kProvisional,
+         sigmas + roundedText(2, ", scale ", 100.0 * result_.scale_sigma, " %"), &result_);
+  } else if (state_ != nullptr) {
+    nameKnownState(sigmas);
+  } else if (metric.refined.speeds.keyframes > 0) {
+    const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
+    if (alone <= bounds_.max_scale_sigma) return;
+    // Nothing has checked the sensor's.
+    result_.message = roundedText(
+        2, "the scale is that of the measured velocities: images and IMU alone give it to ",
+        100.0 * alone, " % (limit ", 100.0 * bounds_.max_scale_sigma,
+        " %), an error of the sensor would not show");
+    result_.warnings.push_back(result_.message);
+  }
+}
+
+// Without the velocity nothing vouches for the scale.
+void Solve::nameKnownState(const std::string& sigmas) {
+  std::string dropped;
+  for (const std::string& part : result_.prior_dropped) {
+    dropped += (dropped.empty() ? "" : ", ") + part;
+  }
+  if (dropped.find(toString(StatePart::kVelocity)) != std::string::npos) {
+    fail(InitStatus::kScaleTooUncertain, "the data contradict the last healthy state: " + dropped,
+         &result_);
+    return;
+  }
+  result_.message = "from a known state: " + sigmas;
+  if (!dropped.empty()) result_.message += "; the data contradict its " + dropped;
+}
+
+// No gate has refused.
+void Solve::failWithoutEstimate(const TranslationEstimate& translation) {
+  if (state_ != nullptr || translation.valid) {
     fail(InitStatus::kNumericalFailure,
-         "the refinement found no minimum with a positive definite information", result);
+         "the refinement found no minimum with a positive definite information", &result_);
     return;
   }
   fail(InitStatus::kTooFewTracks,
        text(translation.tracks, " tracks over ", kMinTrackLength,
             " or more keyframes with parallax (minimum ", kMinTracks, ")"),
-       result);
+       &result_);
 }
 
-// Sections 3 to 5 of docs/derivation.md.
-struct MetricEstimate {
-  std::optional<WindowState> start;
-  RefinedWindow refined;
-  std::optional<ScaleProfile> profile;
-  Posterior posterior;
-
-  const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
-};
-
-// About the biases of the estimate: chained over the window, first order is not exact enough.
-// Between the exposures, td as estimated.
-ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refined) {
-  const InitWindow& window = input.tracks;
-  const WindowState& state = refined.state;
-  std::vector<Preintegration> pre =
-      preintegrateWindow(window, {state.gyro_bias, state.accel_bias}, ImuNoise(),
-                         coveredShift(window, state.rig.dtd), PreintegrationParts::kMean);
-  // The covariance depends on the biases by a hundredth of itself.
-  for (std::size_t k = 0; k < pre.size(); ++k) pre[k].covariance = input.pre[k].covariance;
-  return profileScale(ScaleCost(refined, pre, window.calibration(), input.inertial));
-}
-
-// Searches of other minima are for answers that can be accepted: `cannot_pass` ones go without.
-MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
-                              const InitializerOptions& options, bool cannot_pass,
-                              StageClock* clock) {
-  MetricEstimate out;
-  if (!translation.valid) return out;
-  // [3.2] Reverse alignment.
-  out.start = startingState(input.tracks, input.pre, translation, options.inertial);
-  // [4.8] Line tracks that agree with it.
-  std::vector<Track> lines;
-  if (out.start) lines = believedLines(input.tracks, *out.start, options);
-  clock->lap("alignment");
-
-  // [4, 3.3, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
-  // covariance in the world frame and of the scale.
-  if (options.slim.refine && out.start) {
-    out.refined = searchMinimum(input, lines, *out.start, !cannot_pass);
-    if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
-  }
-  clock->lap("refinement");
-
-  // [5.1] The cost over the scale: is another one as good?
-  if (out.posterior.valid && !cannot_pass) out.profile = profileOf(input, out.refined);
-  clock->lap("other_scale");
-  return out;
-}
-
-// Sets scale_sigma as well, which may rest on measured velocities.
-std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
-                               const InitWindow& tracks, const MotionMeasures& motion,
-                               const InitializerOptions& options, InitResult* result) {
-  const GateOptions bounds = gatesInForce(options.gates, seen, options.window);
-  PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
-                                                metric.profileOrNull(), result->scale);
-  // The noise of the tracks makes short paths longer, and the scale of speeds would be about those.
-  const bool full = isFull(seen, options.window) && motion.parallax_px >= bounds.min_parallax_px;
-  measures.scale_sigma = result->scale_sigma =
-      scaleSigma(measures, metric.posterior.scale_sigma, full, bounds.max_scale_sigma);
-  return posteriorGates(measures, motion, bounds);
-}
-
-// The scale cannot be accepted, whatever the estimate is.
-bool lacksExcitation(GateMode mode, const InitResult& result) {
-  return mode != GateMode::kOff &&
-         std::any_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
-           return gate.name == GateName::kExcitation && !gate.passed && gate.exception.empty();
-         });
-}
-
-// Where not even the least parallax is there, no answer can be accepted, and none is handed out of
-// a window at rest or in pure rotation: the verdict is known before anything metric is estimated.
-bool endsWithoutTranslation(GateMode mode, InitResult* result) {
-  if (mode == GateMode::kOff) return false;
-  const bool moves = std::any_of(result->gates.begin(), result->gates.end(), [](const auto& gate) {
-    const bool without_states = gate.status_if_failed == InitStatus::kStationary ||
-                                gate.status_if_failed == InitStatus::kPureRotation;
-    return gate.name == GateName::kLeastParallax && (gate.passed || !without_states);
-  });
-  if (moves) return false;
-  enforceGates(mode, result);
-  decide(false, result);
-  return true;
-}
-
-// A success whose scale images and IMU alone do not give: nothing has checked the sensor's.
-void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, InitResult* result) {
-  if (!result->success() || metric.refined.speeds.keyframes == 0) return;
-  const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
-  if (alone <= max_scale_sigma) return;
-  result->message = roundedText(
-      2, "the scale is that of the measured velocities: images and IMU alone give it to ",
-      100.0 * alone, " % (limit ", 100.0 * max_scale_sigma,
-      " %), an error of the sensor would not show");
-  result->warnings.push_back(result->message);
-}
-
-// Numbers in brackets are the sections of docs/derivation.md.
-InitResult answer(const InitWindow& window, const InitializerOptions& options, WorkBudget* budget) {
-  InitResult result;
-  StageClock clock(&result);
-  if (!startResult(window, &result)) return result;
-
-  // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
-  // calibration that the rotations agree with; observations that contradict it are pruned.
-  const RotationStage rotation = estimateRotations(window, options, budget);
-  if (!acceptRotations(rotation, &result)) return result;
-  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
-  const double G = seen.calibration().gravity_magnitude;
-  clock.lap("gyro_bias");
-
-  // [4.2] Preintegrations at b_g; they fix the rotations up to section 3. [6] What the motion
-  // offers.
-  const auto [pre, R_b0_bk, R_c0_ck, motion] =
-      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
-  appendGates(motionGates(motion, options.gates), &result);
-  clock.lap("integration");
-  if (endsWithoutTranslation(options.gates.mode, &result)) {
-    keepObservable(pre, R_b0_bk, G, &result);
-    clock.lap("verdict");
-    return result;
-  }
-
-  // [2] Camera centres up to scale.
-  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck);
-  clock.lap("translation");
-
-  // [3-5] Metric starts, maximum a posteriori estimate, posterior.
-  const MetricEstimate metric =
-      estimateMetric({tracks, pre, options.refinement, options.inertial, *budget, {rotation.prior}},
-                     translation, options, lacksExcitation(options.gates.mode, result), &clock);
-
-  // [6] Verdict. [7] What is left of a window without translation.
-  if (metric.posterior.valid) {
-    setEstimate(tracks, metric.refined, metric.posterior, &result);
-    appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
-    appendGates(calibrationGates(window.calibration(), *result.calibration, options.gates),
-                &result);
-    appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
-  } else if (!options.slim.refine && metric.start) {
-    setWorldStates(seen, *metric.start, &result);
-  }
-  enforceGates(options.gates.mode, &result);
-  decide(false, &result);
-  nameScaleOfSpeeds(metric, gatesInForce(options.gates, seen, options.window).max_scale_sigma,
-                    &result);
-  keepObservable(pre, R_b0_bk, G, &result);
-  clock.lap("verdict");
-  if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, &result);
-  failAtLimit(budget, &result);
-  return result;
+InitResult solveOnce(const InitWindow& window, const SolveRequest& request,
+                     const InitializerOptions& options, WorkBudget* budget) {
+  return Solve(window, request, options, budget).run();
 }
 
 // `slim`, the default: points, line segments and vanishing points without any 3D structure as
@@ -197,20 +275,14 @@ class Slim : public WindowSolver {
   explicit Slim(const InitializerOptions& options) : name_("slim"), options_(options) {}
   const std::string& name() const override { return name_; }
   bool usesPriors() const override { return true; }
-  InitResult solve(const InitWindow& window) const override {
-    WorkBudget budget(options_.limits);
-    return solveWithin(window, &budget);
-  }
-  InitResult solveWithin(const InitWindow& window, WorkBudget* budget) const override {
-    return answerAboutKnownBiases(window, options_, budget, answer);
-  }
-  InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override {
-    // The integral over the scale knows no speeds; with them a success comes as early.
-    return answerAboutKnownBiases(*withoutSpeeds(window), options_, budget, provisionalAnswer);
-  }
-  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
-                            WorkBudget* budget) const override {
-    return recoveredAnswer(window, prior, options_, budget);
+
+ protected:
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
+                         WorkBudget* budget) const override {
+    WorkBudget own(options_.limits);
+    WorkBudget* const shared = budget == nullptr ? &own : budget;
+    if (request.first_state) return solveOnce(window, request, options_, shared);
+    return answerAboutKnownBiases(window, request, options_, shared, solveOnce);
   }
 
  private:

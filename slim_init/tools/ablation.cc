@@ -9,7 +9,6 @@
 namespace slim_init::tools {
 
 using baselines::BaselineOptions;
-
 namespace {
 
 /// A method under another name.
@@ -18,7 +17,10 @@ class NamedSolver : public WindowSolver {
   NamedSolver(std::string name, std::unique_ptr<WindowSolver> solver)
       : name_(std::move(name)), solver_(std::move(solver)) {}
   const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& window) const override { return solver_->solve(window); }
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
+                         WorkBudget* budget) const override {
+    return solver_->solve(window, request, budget);
+  }
 
  private:
   std::string name_;
@@ -37,8 +39,7 @@ struct Variant {
 const Variant kVariants[] = {
     {"slim", "points-only", "neither lines nor vanishing points",
      [](InitializerOptions* o, BaselineOptions*) {
-       o->refinement.use_lines = false;
-       o->slim.vanishing_points = false;
+       o->refinement.use_lines = o->slim.vanishing_points = false;
      }},
     {"slim", "no-lines", "vanishing points, but no lines in the refinement",
      [](InitializerOptions* o, BaselineOptions*) { o->refinement.use_lines = false; }},
@@ -56,8 +57,7 @@ const Variant kVariants[] = {
      [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
     {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",
      [](InitializerOptions*, BaselineOptions* o) {
-       o->slim_paper.use_line_epipolar = false;
-       o->slim_paper.use_line_normal = false;
+       o->slim_paper.use_line_epipolar = o->slim_paper.use_line_normal = false;
      }},
     {"slim-paper", "no-line-epipolar", "without eq. (11)",
      [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_epipolar = false; }},
@@ -65,9 +65,8 @@ const Variant kVariants[] = {
      [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_normal = false; }},
     {"slim-paper", "points-only", "without eqs. (4), (11) and (12)",
      [](InitializerOptions*, BaselineOptions* o) {
-       o->slim_paper.use_vp = false;
-       o->slim_paper.use_line_epipolar = false;
-       o->slim_paper.use_line_normal = false;
+       auto& paper = o->slim_paper;
+       paper.use_vp = paper.use_line_epipolar = paper.use_line_normal = false;
      }},
 };
 

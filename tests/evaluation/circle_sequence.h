@@ -97,7 +97,8 @@ class FakeSolver : public WindowSolver {
       : name_(std::move(name)), answer_(std::move(answer)) {}
 
   const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& window) const override {
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       windows.push_back(&window);

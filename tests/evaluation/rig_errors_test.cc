@@ -266,7 +266,8 @@ class CalibratingSolver : public WindowSolver {
 
   const std::string& name() const override { return name_; }
 
-  InitResult solve(const InitWindow& window) const override {
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
     const double shift = estimates_ ? -window.calibration().td : 0.0;
     InitResult result = perfectResult(window, Circle(), shift);
     if (!estimates_) return result;

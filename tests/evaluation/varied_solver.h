@@ -22,7 +22,8 @@ class VariedSolver : public WindowSolver {
 
   const std::string& name() const override { return name_; }
 
-  InitResult solve(const InitWindow& window) const override {
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
     ++solved;
     const double t = window.times().front();
     const int trial = static_cast<int>(std::lround(2.0 * t));  // one every half second

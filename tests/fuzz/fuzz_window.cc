@@ -76,11 +76,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InitResult result;
   slim_init::WorkBudget budget(options.limits);
   if (question == 1) {
-    result = solver->solveProvisional(*window, &budget);
+    result = solver->solve(*window, {std::nullopt, true}, &budget);
   } else if (question == 2) {
     slim_init::NavState first = slim_init::fuzz::flight().truth.front();
     first.t = window->times().front();
-    result = solver->solveWithPrior(*window, slim_init::fuzz::prior(first, &bytes), &budget);
+    result = solver->solve(*window, {slim_init::fuzz::prior(first, &bytes)}, &budget);
   } else {
     result = solver->solve(*window);
   }

@@ -142,7 +142,8 @@ class CountingSolver : public WindowSolver {
   explicit CountingSolver(std::function<double(const InitWindow&)> scale)
       : scale_(std::move(scale)) {}
   const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& window) const override {
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
     ++solves;
     const double scale = scale_(window);
     InitResult result;

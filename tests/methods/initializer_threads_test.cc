@@ -29,7 +29,10 @@ class Held : public WindowSolver {
  public:
   explicit Held(std::unique_ptr<WindowSolver> inner) : inner_(std::move(inner)) {}
   const std::string& name() const override { return inner_->name(); }
-  InitResult solve(const InitWindow& window) const override {
+  bool usesPriors() const override { return true; }
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
+                         WorkBudget* budget) const override {
+    if (request.first_state) return inner_->solve(window, request, budget);
     std::unique_lock<std::mutex> lock(mutex_);
     if (hold_) {
       held_ = true;
@@ -38,11 +41,7 @@ class Held : public WindowSolver {
     }
     lock.unlock();
     ++solves;
-    return inner_->solve(window);
-  }
-  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
-                            WorkBudget* budget) const override {
-    return inner_->solveWithPrior(window, prior, budget);
+    return inner_->solve(window, request, nullptr);
   }
   void hold() {
     const std::lock_guard<std::mutex> lock(mutex_);

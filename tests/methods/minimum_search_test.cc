@@ -1,10 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/minimum_search.h"
-
 #include <gtest/gtest.h>
 
 #include <utility>
 
+#include "pipeline/metric_estimate.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 #include "support/unlimited_budget.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "geometry/so3.h"
-#include "pipeline/answers.h"
+#include "pipeline/solver_support.h"
 #include "scale/scale_profile.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
@@ -41,7 +41,7 @@ InitializerOptions solverOptions() {
 
 InitResult solve(const ExactWindow& exact, const InitializerOptions& options) {
   WorkBudget budget = unlimitedBudget();
-  return slimSolver(options)->solveProvisional(*exact.window, &budget);
+  return slimSolver(options)->solve(*exact.window, {std::nullopt, true}, &budget);
 }
 
 const GateValue* gateOf(const InitResult& result, GateName name) {
@@ -219,9 +219,8 @@ TEST(Provisional, SaysWhyThereIsNone) {
   options.points = 3;
   const InitResult answer = solve(makeExactWindow(options), solverOptions());
   EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
-  WorkBudget budget = unlimitedBudget();
   const InitResult none =
-      PlainMethod().solveProvisional(*makeExactWindow(shortWindowOptions(1, 7)).window, &budget);
+      PlainMethod().solve(*makeExactWindow(shortWindowOptions(1, 7)).window, {std::nullopt, true});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional estimates");
 }

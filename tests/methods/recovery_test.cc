@@ -18,7 +18,6 @@
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
-#include "pipeline/answers.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/drawn_vector.h"
@@ -92,7 +91,7 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
 InitResult solve(const ExactWindow& exact, const StatePrior& prior,
                  const InitializerOptions& options = dataSheetOptions()) {
   WorkBudget budget = unlimitedBudget();
-  InitResult result = slimSolver(options)->solveWithPrior(*exact.window, prior, &budget);
+  InitResult result = slimSolver(options)->solve(*exact.window, {prior}, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
 }
@@ -204,8 +203,6 @@ TEST(Recovery, WithoutNoiseItIsExactForEveryMotion) {
   }
 }
 
-// Without noise the velocity of an excited window is found in spite of a prior that is off: it is
-// drawn to it by what its covariance says, and with it the position goes where the frame says.
 TEST(Recovery, TheCalibrationOfTheHostIsUsed) {
   const ExactWindow exact = makeExactWindow(withoutNoise(drawnStream(1, Motion::kExcited, 7)));
   StatePrior prior = priorOf(exact.truth.front(), 0);
@@ -466,9 +463,7 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
 
 TEST(Recovery, AMethodWithoutItSaysSo) {
   const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kExcited, 8));
-  WorkBudget budget = unlimitedBudget();
-  const InitResult none =
-      PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1), &budget);
+  const InitResult none = PlainMethod().solve(*exact.window, {priorOf(exact.truth.front(), 1)});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other cannot use a prior");
 }

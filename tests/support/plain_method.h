@@ -12,7 +12,10 @@ class PlainMethod : public WindowSolver {
  public:
   explicit PlainMethod(InitStatus status = InitResult().status) { result_.status = status; }
   const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& /*window*/) const override { return result_; }
+  InitResult solveWindow(const InitWindow& /*window*/, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
+    return result_;
+  }
 
  private:
   std::string name_ = "other";

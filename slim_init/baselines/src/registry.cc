@@ -12,7 +12,8 @@ class ComparedSolver : public WindowSolver {
                  const BaselineOptions& baseline_options)
       : method_(method), options_(options), baseline_options_(baseline_options) {}
   const std::string& name() const override { return method_.name; }
-  InitResult solve(const InitWindow& window) const override {
+  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
     return method_.solve(window, options_, baseline_options_);
   }
 

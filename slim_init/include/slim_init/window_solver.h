@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "slim_init/init_window.h"
@@ -14,6 +15,18 @@
 
 namespace slim_init {
 
+/// What a window is solved for; empty: an estimate whose scale is known.
+struct SolveRequest {
+  /// State of the body at the first keyframe (`state.t` is its time): the estimate is in its world,
+  /// and four keyframes can be enough, at constant velocity and in hover too. Parts of it that the
+  /// data contradict are not used and named in InitResult::prior_dropped; without the velocity it
+  /// is a refusal.
+  std::optional<StatePrior> first_state = std::nullopt;
+  /// For a host that takes a prior, from a window that is too short to know its scale: kProvisional
+  /// with the covariance of the states, or a refusal. Not with a first state.
+  bool provisional = false;
+};
+
 /// A method that turns one window into one result. Pure and deterministic: equal windows give equal
 /// results (wall-clock times excepted), whatever was solved before, as far as the budget is counted
 /// equally (WorkLimits::work_per_ms). Never throws, prints or exits;
@@ -23,35 +36,27 @@ class WindowSolver {
   virtual ~WindowSolver() = default;
   /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
-  virtual InitResult solve(const InitWindow& window) const = 0;
-  /// The same as a part of the work of one call, whose other solves share `budget` (not null). A
-  /// method that does not bound its work keeps this default.
-  virtual InitResult solveWithin(const InitWindow& window, WorkBudget* /*budget*/) const {
-    return solve(window);
-  }
-  /// An estimate for a host that takes a prior, from a window that is too short to know its scale:
-  /// kProvisional with the covariance of the states, or a refusal. A method without one keeps this
-  /// default, kTooFewKeyframes.
-  virtual InitResult solveProvisional(const InitWindow& /*window*/, WorkBudget* /*budget*/) const {
-    InitResult none;
-    none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no provisional estimates";
-    return none;
-  }
-  /// Whether solveWithPrior() is more than its default.
+  /// Whether it solves more than the empty request.
   virtual bool usesPriors() const { return false; }
-  /// An estimate from a window whose first keyframe's state is known (`prior.state.t` is its time),
-  /// in the world of the prior: four keyframes can be enough, at constant velocity and in hover
-  /// too. Parts of the prior that the data contradict are not used and named in
-  /// InitResult::prior_dropped; without the velocity it is a refusal. A method without such
-  /// estimates keeps this default, kTooFewKeyframes.
-  virtual InitResult solveWithPrior(const InitWindow& /*window*/, const StatePrior& /*prior*/,
-                                    WorkBudget* /*budget*/) const {
+
+  /// `budget` is shared by all solves of one call; null: this solve has the limits of the method's
+  /// options. kTooFewKeyframes for a request that the method does not solve.
+  InitResult solve(const InitWindow& window, const SolveRequest& request = {},
+                   WorkBudget* budget = nullptr) const {
+    if (usesPriors() || !(request.first_state || request.provisional)) {
+      return solveWindow(window, request, budget);
+    }
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " cannot use a prior";
+    none.message =
+        name() + (request.first_state ? " cannot use a prior" : " has no provisional estimates");
     return none;
   }
+
+ protected:
+  /// The method. One that does not bound its work ignores `budget`.
+  virtual InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
+                                 WorkBudget* budget) const = 0;
 };
 
 /// Makes `slim`, the method of this library. Invalid options: null, and a message in `error` (may

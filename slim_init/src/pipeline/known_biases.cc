@@ -46,17 +46,17 @@ bool contradicts(const InitResult& result, const InertialOptions& priors) {
 
 }  // namespace
 
-InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOptions& options,
-                                  WorkBudget* budget,
-                                  InitResult (*solve)(const InitWindow&, const InitializerOptions&,
-                                                      WorkBudget*)) {
+InitResult answerAboutKnownBiases(const InitWindow& window, const SolveRequest& request,
+                                  const InitializerOptions& options, WorkBudget* budget,
+                                  InitResult (*solve)(const InitWindow&, const SolveRequest&,
+                                                      const InitializerOptions&, WorkBudget*)) {
   ImuBiases known = window.calibration().imu_biases;
   InitializerOptions with_priors = options;
   InertialOptions& priors = with_priors.inertial;
   const bool gyro = takesPlaceOf(&priors.gyro_bias_prior, known.gyro_sigma, &known.gyro);
   const bool accel = takesPlaceOf(&priors.accel_bias_prior, known.accel_sigma, &known.accel);
-  if (!gyro && !accel) return solve(window, options, budget);
-  InitResult result = solve(*withoutBiases(window, known), with_priors, budget);
+  if (!gyro && !accel) return solve(window, request, options, budget);
+  InitResult result = solve(*withoutBiases(window, known), request, with_priors, budget);
   const bool contradicted = result.hasEstimate() && result.covariance.size() > 0 &&
                             contradicts(result, with_priors.inertial);
   if (!contradicted && result.status != InitStatus::kInconsistentResiduals) {
@@ -69,7 +69,7 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
     failAtLimit(budget, &result);
     return result;
   }
-  result = solve(window, options, budget);
+  result = solve(window, request, options, budget);
   if (!contradicted && !result.success()) return result;
   result.warnings.push_back(roundedText(3, "the prior biases, gyroscope (", known.gyro.transpose(),
                                         ") rad/s and accelerometer (", known.accel.transpose(),

@@ -182,6 +182,18 @@ BetterCalibration solveRotations(const std::shared_ptr<const InitWindow>& raw,
   return better;
 }
 
+// InitResult::track_noise, with a warning where the measured noise is above what may be assumed.
+void setTrackNoise(const RotationStage& stage, InitResult* result) {
+  const Calibration& calibration = stage.window->calibration();
+  const double measured = stage.bias.track_sigma * calibration.focal_px;
+  const double assumed = calibration.pointSigmaPx();
+  result->track_noise = {measured, assumed};
+  if (!(measured > kNoisyTracks * assumed)) return;
+  result->warnings.push_back(
+      roundedText(2, "point tracks have a noise of ", measured, " px, ", assumed,
+                  " px is assumed: blur, dim images, or an incorrect camera model"));
+}
+
 }  // namespace
 
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
@@ -223,24 +235,14 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   return stage;
 }
 
-void setTrackNoise(const RotationStage& stage, InitResult* result) {
-  const Calibration& calibration = stage.window->calibration();
-  const double measured = stage.bias.track_sigma * calibration.focal_px;
-  const double assumed = calibration.pointSigmaPx();
-  result->track_noise = {measured, assumed};
-  if (!(measured > kNoisyTracks * assumed)) return;
-  result->warnings.push_back(
-      roundedText(2, "point tracks have a noise of ", measured, " px, ", assumed,
-                  " px is assumed: blur, dim images, or an incorrect camera model"));
-}
-
-bool acceptRotations(const RotationStage& stage, InitResult* result) {
+bool acceptRotations(const RotationStage& stage, bool bias_is_known, InitResult* result) {
   if (!stage.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, stage.message, result);
     return false;
   }
   const RobustBias& bias = stage.bias;
   setTrackNoise(stage, result);
+  if (bias_is_known) return true;
   if (bias.valid()) {
     result->gyro_bias = bias.gyro_bias;
     if (stage.static_tracks == 0) return true;

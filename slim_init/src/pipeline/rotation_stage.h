@@ -48,11 +48,8 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
                                 WorkBudget* budget,
                                 GivenCalibration given = GivenCalibration::kReplaced);
 
-/// InitResult::track_noise, with a warning where the measured noise is above what may be assumed.
-void setTrackNoise(const RotationStage& stage, InitResult* result);
-
-/// Sets the bias, and reports on the tracks. False, with status and message set, where there is no
-/// bias.
-bool acceptRotations(const RotationStage& stage, InitResult* result);
+/// Sets bias and track noise, and reports on the tracks. False, with status and message set, where
+/// there is no bias and none is known, or no calibration.
+bool acceptRotations(const RotationStage& stage, bool bias_is_known, InitResult* result);
 
 }  // namespace slim_init

@@ -1,11 +1,15 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/solver_support.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
+#include "estimation/state_factor.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "slim_init/text.h"
 
 namespace slim_init {
@@ -15,6 +19,19 @@ namespace {
 // Speeds that have to be there before the scale may rest on them: one that slips among fewer does
 // not show.
 constexpr int kFewestSpeeds = 3;
+/// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
+/// hundred and more, right ones of so few images not always within three.
+constexpr double kMaxDisagreement = 50.0;
+/// An estimated td moves the instants of the same image by less than this [s].
+constexpr double kSameInstant = 0.01;
+
+// The newest state and its covariance.
+StateFactor newestState(const InitResult& result) {
+  StatePrior newest;
+  newest.state = result.states.back();
+  newest.covariance = result.stateCovariance(result.states.size() - 1);
+  return stateFactor(newest);
+}
 
 }  // namespace
 
@@ -194,6 +211,35 @@ void moveToFrame(const NavState& there, const NavState& here, InitResult* result
     T.block<3, 3>(9 * k + 6, 9 * k + 6) = R;
   }
   result->covariance = T * result->covariance * T.transpose();
+}
+
+NewestSigmas newestSigmas(const InitResult& result) {
+  NewestSigmas out;
+  if (result.states.empty()) return out;
+  const StateCovariance S = newestState(result).covariance;
+  if (!S.allFinite()) return out;
+  const auto largest = [](const DenseView& A) {
+    return std::sqrt(symmetricEigen(A).values.maxCoeff());
+  };
+  out.velocity = largest(S.topLeftCorner<3, 3>());
+  out.tilt_deg = largest(S.block<2, 2>(3, 3)) * kDegPerRad;
+  return out;
+}
+
+bool agrees(const InitResult& earlier, const InitResult& now) {
+  if (earlier.states.empty() || now.states.empty()) return false;
+  const double t = earlier.states.back().t;
+  const auto nearest = std::min_element(
+      now.states.begin(), now.states.end(),
+      [t](const NavState& a, const NavState& b) { return std::abs(a.t - t) < std::abs(b.t - t); });
+  if (!(std::abs(nearest->t - t) < kSameInstant)) return false;
+  const StateFactor before = newestState(earlier);
+  const auto within = [](const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
+    return difference.dot(solveSymmetric(covariance, difference).col(0)) < kMaxDisagreement;
+  };
+  return within(nearest->R_w_b.transpose() * nearest->v_w_b - before.velocity_b,
+                before.covariance.topLeftCorner<3, 3>()) &&
+         within(now.gyro_bias - earlier.gyro_bias, before.covariance.block<3, 3>(5, 5));
 }
 
 }  // namespace slim_init

@@ -95,4 +95,13 @@ void keepObservable(const std::vector<Preintegration>& pre,
 /// come from gravity.
 void moveToFrame(const NavState& there, const NavState& here, InitResult* result);
 
+/// Of the newest state; NaN without a covariance.
+NewestSigmas newestSigmas(const InitResult& result);
+
+/// Whether the newest state and the gyroscope bias of `earlier` are, to its own covariance, those
+/// that `now` has at that instant. A window of a few images can have two motions that explain the
+/// rotation of the images; more data change the wrong one by many standard deviations. False where
+/// one of them has no covariance or they share no instant.
+bool agrees(const InitResult& earlier, const InitResult& now);
+
 }  // namespace slim_init

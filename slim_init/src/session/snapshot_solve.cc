@@ -8,7 +8,6 @@
 
 #include "data/derived_window.h"
 #include "imu/preintegration.h"
-#include "pipeline/answers.h"
 #include "pipeline/solver_support.h"
 #include "slim_init/state_at.h"
 #include "slim_init/text.h"
@@ -229,7 +228,7 @@ WindowCut SnapshotSolve::withKnownSensors(WindowCut cut) const {
 
 // Judged by the answers before it.
 InitResult SnapshotSolve::answer(const InitWindow& window) {
-  InitResult result = solver_.solveWithin(window, &budget_);
+  InitResult result = solver_.solve(window, {}, &budget_);
   const double newest = window.times().back();
   if (result.success() && result.hasEstimate() &&
       !(std::abs(newest - memory_.last_solved) <= kSuccessive)) {
@@ -255,7 +254,7 @@ void SnapshotSolve::solveEarlier(int keyframes, const InitResult& result) {
     const WindowCut before = withKnownSensors(window_.cut(lost + earlier));
     if (before.window == nullptr) continue;
     if (!budget_.allows(kEarlier)) return;
-    InitResult answer = solver_.solveWithin(*before.window, &budget_);
+    InitResult answer = solver_.solve(*before.window, {}, &budget_);
     memory_.answers.judge(&answer);
     if (answer.status == InitStatus::kTimeLimit) budget_.leaveOut(kEarlier);
   }
@@ -266,13 +265,15 @@ void SnapshotSolve::solveEarlier(int keyframes, const InitResult& result) {
 void SnapshotSolve::offerProvisional(InitResult* result) {
   const WindowCut cut = withKnownSensors(window_.cut(*short_window_, 0));
   if (cut.window == nullptr) return;
-  const InitResult now = solver_.solveProvisional(*cut.window, &budget_);
+  SolveRequest request;
+  request.provisional = true;
+  const InitResult now = solver_.solve(*cut.window, request, &budget_);
   if (!now.provisional()) return;
   // As it was before the newest third of the data.
   const int third = std::max(1, cut.window->size() / 3);
   const WindowCut before = withKnownSensors(window_.cut(*short_window_, third));
   if (before.window == nullptr) return;
-  if (agrees(solver_.solveProvisional(*before.window, &budget_), now)) *result = now;
+  if (agrees(solver_.solve(*before.window, request, &budget_), now)) *result = now;
 }
 
 // The newest first. If there is none, `problem` is that of the newest.
@@ -335,7 +336,7 @@ InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
   if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {
     return refuse(InitStatus::kInvalidInput, gap);
   }
-  return checked(solver_.solveWithPrior(*cut.window, carried(prior, first), &budget_));
+  return checked(solver_.solve(*cut.window, {carried(prior, first)}, &budget_));
 }
 
 // Where the IMU data cannot carry a state over this time, why; or "".

@@ -292,23 +292,25 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              atLeast(measures.other_scale_rise, kMinOtherScaleRise), uncertain));
   }
-  gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
-                           atMost(measures.scale_sigma, options.max_scale_sigma), uncertain));
+  if (std::isfinite(options.max_scale_sigma)) {
+    gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
+                             atMost(measures.scale_sigma, options.max_scale_sigma), uncertain));
+  }
   return gates;
 }
 
-std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
-                                        double tilt_sigma_deg, GateOptions options,
-                                        const ProvisionalOptions& provisional) {
-  options.max_scale_sigma = provisional.max_scale_sigma;
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures,
+                                        const NewestSigmas& newest, GateOptions options,
+                                        const ProvisionalOptions& bounds) {
+  options.max_scale_sigma = bounds.max_scale_sigma;
   MotionMeasures any;
   any.excitation = options.min_excitation;
   std::vector<GateValue> gates = posteriorGates(measures, any, options);
   gates.push_back(makeGate(GateName::kVelocitySigma, "standard deviation of the newest velocity",
-                           "m/s", atMost(velocity_sigma, provisional.max_velocity_sigma),
+                           "m/s", atMost(newest.velocity, bounds.max_velocity_sigma),
                            InitStatus::kScaleTooUncertain));
   gates.push_back(makeGate(GateName::kTiltSigma, "standard deviation of the newest attitude", "deg",
-                           atMost(tilt_sigma_deg, provisional.max_tilt_sigma_deg),
+                           atMost(newest.tilt_deg, bounds.max_tilt_sigma_deg),
                            InitStatus::kScaleTooUncertain));
   return gates;
 }

@@ -142,11 +142,18 @@ double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, boo
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 
+/// What a host that starts from the newest state needs: standard deviations.
+struct NewestSigmas {
+  double velocity = kNotComputed;  ///< in the body frame, along the worst axis [m/s]
+  double tilt_deg = kNotComputed;  ///< against gravity, about the worst axis [deg]
+};
+
 /// Gates on a provisional answer: those of posteriorGates() with the bound on the scale of
-/// `provisional`, "velocity_sigma" [m/s] and "tilt_sigma" [deg] (scale too uncertain).
-std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
-                                        double tilt_sigma_deg, GateOptions options,
-                                        const ProvisionalOptions& provisional);
+/// `bounds` (infinite: without that gate), "velocity_sigma" [m/s] and "tilt_sigma" [deg] (scale too
+/// uncertain).
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures,
+                                        const NewestSigmas& newest, GateOptions options,
+                                        const ProvisionalOptions& bounds);
 
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);
