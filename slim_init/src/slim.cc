@@ -51,7 +51,7 @@ class Solve {
   bool canPass() const;
   void setMetric(const MetricEstimate& metric, const RotationStage& rotation,
                  const MotionMeasures& motion);
-  ProvisionalOptions newestBounds() const;
+  ProvisionalOptions newestBounds(bool full) const;
   void nameSuccess(const MetricEstimate& metric);
   void nameKnownState(const std::string& sigmas);
   void failWithoutEstimate(const TranslationEstimate& translation);
@@ -178,7 +178,14 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
   if (provisional_) moveToMean(metric.scale, metric.posterior, &result_);
   const Calibration& given = given_.calibration();
   const CalibrationEstimate& found = *result_.calibration;
-  if (!in_flight_ && !provisional_) appendCalibrationWarnings(given, found, &result_);
+  const bool full = isFull(seen, options_.window);
+  if (!in_flight_ && !provisional_) {
+    // A calibration can be made to fit what moves in the images: more data tell.
+    if (appendCalibrationWarnings(given, found, &result_) && !full) {
+      bounds_.min_inlier_fraction = std::max(bounds_.min_inlier_fraction, kMostInliers);
+    }
+    appendBiasWarning(options_.inertial, &result_);
+  }
   if (!in_flight_) appendGates(calibrationGates(given, found, bounds_), &result_);
 
   PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
@@ -186,28 +193,27 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
   if (!provisional_) {
     // The noise of the tracks makes short paths longer, and the scale of speeds would be about
     // those.
-    const bool full =
-        isFull(seen, options_.window) && motion.parallax_px >= bounds_.min_parallax_px;
+    const bool shows = full && motion.parallax_px >= bounds_.min_parallax_px;
     result_.scale_sigma =
-        scaleSigma(measures, metric.posterior.scale_sigma, full, bounds_.max_scale_sigma);
+        scaleSigma(measures, metric.posterior.scale_sigma, shows, bounds_.max_scale_sigma);
   }
   measures.scale_sigma = result_.scale_sigma;
-  if (in_flight_ || provisional_) {
-    appendGates(provisionalGates(measures, newestSigmas(result_), bounds_, newestBounds()),
-                &result_);
-  } else {
-    appendGates(posteriorGates(measures, motion, bounds_), &result_);
-  }
+  measures.newest = newestSigmas(result_);
+  appendGates(in_flight_ || provisional_
+                  ? provisionalGates(measures, motion, bounds_, newestBounds(full))
+                  : posteriorGates(measures, motion, bounds_, newestBounds(full)),
+              &result_);
   result_.prior_dropped = metric.contradicted;
   if (state_ != nullptr) moveToWorldOf(*state_, metric.known_residual, &result_);
 }
 
-// What a host goes on with; in flight the velocity contains how the scale is known.
-ProvisionalOptions Solve::newestBounds() const {
+// What a host goes on with; in flight the velocity contains how the scale is known. A full window
+// has no better attitude to wait for.
+ProvisionalOptions Solve::newestBounds(bool full) const {
   ProvisionalOptions bounds = options_.provisional;
-  if (!in_flight_) return bounds;
+  if (provisional_) return bounds;
+  bounds.max_tilt_sigma_deg = full && !in_flight_ ? HUGE_VAL : kTiltSigmaDeg;
   bounds.max_velocity_sigma = kVelocitySigma + kVelocityShare * result_.states.back().v_w_b.norm();
-  bounds.max_tilt_sigma_deg = kTiltSigmaDeg;
   bounds.max_scale_sigma = HUGE_VAL;
   return bounds;
 }

@@ -18,6 +18,7 @@ namespace slim_init {
 namespace {
 
 const GateOptions kOptions;
+const ProvisionalOptions kNewest;
 
 const GateValue& find(const std::vector<GateValue>& gates, GateName name) {
   for (const GateValue& gate : gates) {
@@ -165,18 +166,34 @@ PosteriorMeasures beyondBounds(double share) {
   out.point_spread_deg = kMinPointSpreadDeg * (1.0 - share);
   out.scale_sigma = kOptions.max_scale_sigma * (1.0 + share);
   out.other_scale_rise = kMinOtherScaleRise * (1.0 - share);
+  out.newest.tilt_deg = kNewest.max_tilt_sigma_deg * (1.0 + share);
   return out;
 }
 
 TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
   for (const double share : {-1e-3, 1e-3}) {
-    for (const GateValue& gate : posteriorGates(beyondBounds(share), motion, kOptions)) {
+    for (const GateValue& gate : posteriorGates(beyondBounds(share), motion, kOptions, kNewest)) {
       EXPECT_EQ(gate.passed, share < 0.0) << toString(gate.name);
     }
   }
-  for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions)) {
+  for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions, kNewest)) {
     EXPECT_FALSE(gate.passed) << toString(gate.name) << " of a value that is not known";
+  }
+  // A motion as violent as that is measured to be.
+  motion.excitation = 1.5 * kMaxMeanAcceleration;
+  const auto gates = posteriorGates(beyondBounds(0.4), motion, kOptions, kNewest);
+  EXPECT_TRUE(find(gates, GateName::kMeanAcceleration).passed);
+}
+
+TEST(BiasWarning, BeyondWhatThePriorAllows) {
+  InertialOptions inertial;
+  for (const double share : {0.99, 1.01}) {
+    InitResult result;
+    result.covariance = Eigen::MatrixXd::Zero(15, 15);
+    result.accel_bias = {share * kCertainSigmas * inertial.accel_bias_prior, 0.0, 0.0};
+    appendBiasWarning(inertial, &result);
+    EXPECT_EQ(result.warnings.size(), share < 1.0 ? 0u : 1u);
   }
 }
 
@@ -186,7 +203,7 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   measures.other_scale = 1.37;
   measures.other_scale_rise = 2.5;
   const GateValue gate =
-      find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale);
+      find(posteriorGates(measures, goodMotion(), kOptions, kNewest), GateName::kOtherScale);
   EXPECT_FALSE(gate.passed);
   EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(describe(gate),
@@ -195,10 +212,11 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   // No other minimum at all.
   measures.other_scale = kNotComputed;
   measures.other_scale_rise = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale).passed);
+  EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions, kNewest), GateName::kOtherScale)
+                  .passed);
   // Nobody has looked.
   measures.profiled = false;
-  for (const GateValue& other : posteriorGates(measures, goodMotion(), kOptions)) {
+  for (const GateValue& other : posteriorGates(measures, goodMotion(), kOptions, kNewest)) {
     EXPECT_NE(other.name, GateName::kOtherScale);
   }
 }
@@ -256,7 +274,8 @@ TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   PosteriorMeasures measures;
   measures.scale_sigma = 1.0;
   const auto status = [&] {
-    return find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed;
+    return find(posteriorGates(measures, motion, kOptions, kNewest), GateName::kScaleSigma)
+        .status_if_failed;
   };
   EXPECT_EQ(status(), InitStatus::kScaleTooUncertain);
   motion.excitation = kOptions.min_excitation * 0.999;

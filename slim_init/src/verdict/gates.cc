@@ -240,8 +240,9 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                kMsPerS * options.max_td_error_s)};
 }
 
-void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+bool appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result) {
+  const std::size_t before = result->warnings.size();
   for (const CalibrationError& of : errorsOf(handed_in, found)) {
     if (of.prior == 0.0) continue;  // held: its error is one of rounding
     const double error = std::abs(of.error);
@@ -251,6 +252,18 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
                     of.unit, "), more than its standard deviation of ", of.prior, ' ', of.unit,
                     " allows: if several windows agree, correct ", of.key));
   }
+  return result->warnings.size() > before;
+}
+
+void appendBiasWarning(const InertialOptions& inertial, InitResult* result) {
+  const double bias = result->accel_bias.norm(), prior = inertial.accel_bias_prior;
+  const double sigma =
+      std::sqrt(result->covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff());
+  if (!(bias > kCertainSigmas * std::hypot(sigma, prior))) return;
+  result->warnings.push_back(
+      roundedText(3, "the accelerometer bias of ", bias, " m/s^2 (sigma ", sigma,
+                  ") is more than inertial.accel_bias_prior of ", prior,
+                  " allows, gravity and scale may be off: calibrate it, or raise the key"));
 }
 
 bool isFull(const InitWindow& window, const WindowOptions& options) {
@@ -269,7 +282,8 @@ GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
 }
 
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
-                                      const MotionMeasures& motion, const GateOptions& options) {
+                                      const MotionMeasures& motion, const GateOptions& options,
+                                      const ProvisionalOptions& newest) {
   const InitStatus uncertain = motion.excitation < options.min_excitation
                                    ? InitStatus::kTooLittleExcitation
                                    : InitStatus::kScaleTooUncertain;
@@ -282,9 +296,10 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
       makeGate(GateName::kInlierFraction, "fraction of the point observations kept", "",
                atLeast(measures.inlier_fraction, options.min_inlier_fraction),
                InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
-               atMost(measures.mean_acceleration, kMaxMeanAcceleration),
-               InitStatus::kInconsistentResiduals),
+      makeGate(
+          GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
+          atMost(measures.mean_acceleration, std::max(kMaxMeanAcceleration, motion.excitation)),
+          InitStatus::kInconsistentResiduals),
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                atLeast(measures.point_spread_deg, kMinPointSpreadDeg), InitStatus::kTooFewTracks)};
   // Measured velocities say which scale it is.
@@ -296,21 +311,19 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
     gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
                              atMost(measures.scale_sigma, options.max_scale_sigma), uncertain));
   }
+  gates.push_back(makeGate(GateName::kTiltSigma, "standard deviation of the newest attitude", "deg",
+                           atMost(measures.newest.tilt_deg, newest.max_tilt_sigma_deg),
+                           InitStatus::kScaleTooUncertain));
   return gates;
 }
 
-std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures,
-                                        const NewestSigmas& newest, GateOptions options,
-                                        const ProvisionalOptions& bounds) {
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, MotionMeasures motion,
+                                        GateOptions options, const ProvisionalOptions& bounds) {
   options.max_scale_sigma = bounds.max_scale_sigma;
-  MotionMeasures any;
-  any.excitation = options.min_excitation;
-  std::vector<GateValue> gates = posteriorGates(measures, any, options);
+  motion.excitation = std::max(options.min_excitation, motion.excitation);
+  std::vector<GateValue> gates = posteriorGates(measures, motion, options, bounds);
   gates.push_back(makeGate(GateName::kVelocitySigma, "standard deviation of the newest velocity",
-                           "m/s", atMost(newest.velocity, bounds.max_velocity_sigma),
-                           InitStatus::kScaleTooUncertain));
-  gates.push_back(makeGate(GateName::kTiltSigma, "standard deviation of the newest attitude", "deg",
-                           atMost(newest.tilt_deg, bounds.max_tilt_sigma_deg),
+                           "m/s", atMost(measures.newest.velocity, bounds.max_velocity_sigma),
                            InitStatus::kScaleTooUncertain));
   return gates;
 }

@@ -18,6 +18,10 @@ namespace slim_init {
 /// The certain part of an error of the calibration is the estimate less this many sigma, and beyond
 /// as many of prior and estimate together there is a warning.
 inline constexpr double kCertainSigmas = 2.5;
+/// Least fraction of the observations kept, in place of GateOptions::min_inlier_fraction, by an
+/// answer of an expanding window that contradicts the calibration: with few outliers nine tenths
+/// are, with a moving object three quarters.
+inline constexpr double kMostInliers = 0.85;
 /// Without translation: less rotation over the window is stationary, more is pure rotation [deg].
 inline constexpr double kMinRotationDeg = 2.0;
 /// Without translation: largest deviation of the specific force of a window at rest; above it the
@@ -25,8 +29,9 @@ inline constexpr double kMinRotationDeg = 2.0;
 inline constexpr double kMaxRestDeviation = 0.5;
 /// Least rms angle over which the points of an image are spread [deg].
 inline constexpr double kMinPointSpreadDeg = 2.0;
-/// Largest change of the velocity over the window by its length [m/s^2]. A quiet motion far from
-/// everything also fits a fall along a tilted gravity, with 11; recorded flights have up to 4.
+/// Largest change of the velocity over the window by its length [m/s^2], where the specific force
+/// deviates less than that. A quiet motion far from everything also fits a fall along a tilted
+/// gravity, with 11; recorded flights have up to 4.
 inline constexpr double kMaxMeanAcceleration = 8.0;
 /// Least cost of any other minimum above that of the answer [sigma^2]: four standard deviations. Of
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
@@ -84,9 +89,13 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const GateOptions& options);
 
 /// A warning for every part of the calibration `found` that differs from the one handed in by more
-/// than kCertainSigmas of both standard deviations: value, sigma and the key to change.
-void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+/// than kCertainSigmas of both standard deviations: value, sigma and the key to change. Whether
+/// there is one.
+bool appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
+
+/// The same for the accelerometer bias, against its prior. `result`: with states and covariance.
+void appendBiasWarning(const InertialOptions& inertial, InitResult* result);
 
 /// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).
 bool isFull(const InitWindow& window, const WindowOptions& options);
@@ -96,6 +105,12 @@ bool isFull(const InitWindow& window, const WindowOptions& options);
 /// max_scale_sigma_fixed_size if it is and all windows have one number of keyframes.
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options);
+
+/// What a host that starts from the newest state needs: standard deviations.
+struct NewestSigmas {
+  double velocity = kNotComputed;  ///< in the body frame, along the worst axis [m/s]
+  double tilt_deg = kNotComputed;  ///< against gravity, about the worst axis [deg]
+};
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
@@ -114,6 +129,7 @@ struct PosteriorMeasures {
   /// Largest difference of a velocity from their mean, divided by that.
   double velocity_change = kNotComputed;
   double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
+  NewestSigmas newest;
 };
 
 /// Gathers them: `window` as handed in, `tracks` what the pruning left of it, `profile` null where
@@ -135,25 +151,19 @@ double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, boo
                   double max_scale_sigma);
 
 /// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction", "mean_acceleration"
-/// (inconsistent residuals), "point_spread" (too few tracks), "other_scale" and "scale_sigma"
-/// (scale too uncertain; where the motion fails the excitation gate as well, too little
-/// excitation). "other_scale" names both scales; without a profile it is left out. With measured
-/// velocities it compares the scale with that of images and IMU alone (inconsistent residuals).
+/// (inconsistent residuals), "point_spread" (too few tracks), "tilt_sigma" (scale too uncertain),
+/// "other_scale" and "scale_sigma" (scale too uncertain; where the motion fails the excitation gate
+/// as well, too little excitation). "other_scale" names both scales; without a profile it is left
+/// out. With measured velocities it compares the scale with that of images and IMU alone
+/// (inconsistent residuals).
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
-                                      const MotionMeasures& motion, const GateOptions& options);
-
-/// What a host that starts from the newest state needs: standard deviations.
-struct NewestSigmas {
-  double velocity = kNotComputed;  ///< in the body frame, along the worst axis [m/s]
-  double tilt_deg = kNotComputed;  ///< against gravity, about the worst axis [deg]
-};
+                                      const MotionMeasures& motion, const GateOptions& options,
+                                      const ProvisionalOptions& newest);
 
 /// Gates on a provisional answer: those of posteriorGates() with the bound on the scale of
-/// `bounds` (infinite: without that gate), "velocity_sigma" [m/s] and "tilt_sigma" [deg] (scale too
-/// uncertain).
-std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures,
-                                        const NewestSigmas& newest, GateOptions options,
-                                        const ProvisionalOptions& bounds);
+/// `bounds` (infinite: without that gate), and "velocity_sigma" [m/s] (scale too uncertain).
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, MotionMeasures motion,
+                                        GateOptions options, const ProvisionalOptions& bounds);
 
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);
