@@ -13,7 +13,7 @@
 #include "pipeline/minimum_search.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
-#include "scale/reverse_alignment.h"
+#include "scale/linear_motion.h"
 #include "scale/starting_states.h"
 #include "slim_init/text.h"
 #include "verdict/gates.h"
@@ -90,8 +90,8 @@ Recovery refineWithPrior(RefinementInput input, InitResult* result) {
   std::optional<WindowState> own;
   bool has_own = false;
   // The known state may have led astray.
-  const auto other = [&](bool fit) -> std::optional<WindowState> {
-    if (fit || !input.budget.allows("a start of the window's own")) return std::nullopt;
+  const auto other = [&]() -> std::optional<WindowState> {
+    if (!input.budget.allows("a start of the window's own")) return std::nullopt;
     if (!has_own) own = inertialStartingState(input.tracks, input.pre, input.inertial);
     has_own = true;
     return own;
