@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Starting points of the refinement, and the tracks that one trajectory explains.
+// Starting points of the refinement.
 #include "scale/starting_states.h"
 
 #include <gtest/gtest.h>
@@ -24,21 +24,10 @@ struct Prepared {
   TranslationEstimate translation;
 };
 
-Prepared makePrepared(const ExactWindowOptions& options, int sliding_points = 0) {
+Prepared makePrepared(const ExactWindowOptions& options) {
   Prepared s;
   s.exact = makeExactWindow(options);
-  std::vector<FrameObservation> frames = s.exact.keyframes;
-  // The first points slide through the image, 8 px a keyframe, each its own way.
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    for (PointObservation& point : frames[k].points) {
-      if (point.id >= sliding_points) continue;
-      const double shift = 8.0 / s.exact.calibration.focal_px * static_cast<double>(k);
-      const double way = 1.3 * static_cast<double>(point.id);
-      point.bearing += shift * Eigen::Vector3d(std::cos(way), std::sin(way), 0.0);
-      point.bearing.normalize();
-    }
-  }
-  s.window = windowOf(s.exact, frames);
+  s.window = s.exact.window;
   s.pre = preintegrateWindow(*s.window, options.gyro_bias, Eigen::Vector3d::Zero(),
                              PreintegrationParts::kMean);
   s.R_b0_bk = chainRotations(s.pre);
@@ -58,7 +47,6 @@ TEST(StartingStates, WithoutNoiseTheyAreTheTruth) {
   for (const auto& start : {startingState(*s.window, s.pre, s.translation, InertialOptions()),
                             inertialStartingState(*s.window, s.pre, InertialOptions())}) {
     ASSERT_TRUE(start.has_value());
-    // The search for the scale ends at a relative 1e-5.
     EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 1e-4 * trueSpread(s.exact));
     EXPECT_LT(gravityErrorRad(start->gravity_b0, s.exact.truth[0]), 1e-4);
     EXPECT_LT(start->accel_bias.norm(), 1e-3);
@@ -67,13 +55,13 @@ TEST(StartingStates, WithoutNoiseTheyAreTheTruth) {
 }
 
 // The noise of the tracks multiplies the centres and makes them smaller, never larger.
-TEST(InertialStartingState, NoiseAndSlidingTracksLeaveTheScale) {
+TEST(InertialStartingState, NoiseLeavesTheScale) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ExactWindowOptions options;
     options.pixel_noise = 0.6;
     options.seed = seed;
     options.points = 40;
-    const Prepared s = makePrepared(options, 10);
+    const Prepared s = makePrepared(options);
     const std::optional<WindowState> start =
         inertialStartingState(*s.window, s.pre, InertialOptions());
     ASSERT_TRUE(start.has_value()) << seed;
@@ -108,32 +96,6 @@ TEST(InertialStartingState, NoneFromViewsOfNothing) {
   for (FrameObservation& frame : frames) frame.points.clear();
   s.window = windowOf(s.exact, frames);
   EXPECT_FALSE(inertialStartingState(*s.window, s.pre, InertialOptions()).has_value());
-}
-
-TEST(ConsistentTracks, SlidingTracksDisagreeAndOthersDoNot) {
-  constexpr int kSliding = 10;
-  for (const int sliding : {0, kSliding}) {
-    ExactWindowOptions options;
-    options.pixel_noise = 0.6;
-    options.points = sliding > 0 ? 40 : 100;
-    const Prepared s = makePrepared(options, sliding);
-    const LinearMotion motion = linearMotion(s.pre, s.R_b0_bk, s.exact.calibration.t_b_c);
-    const auto consistent = consistentTracks(*s.window, motion, 0.1);
-    ASSERT_TRUE(consistent.has_value());
-    const std::vector<char>& agrees = consistent->agrees;
-    int missed = 0, lost = 0, all = 0;
-    for (std::size_t t = 0; t < agrees.size(); ++t) {
-      const Track& track = s.window->pointTracks()[t];
-      if (track.size() < 4) continue;  // too short to tell
-      const bool slides = track.id < sliding;
-      all += slides;
-      missed += slides && agrees[t];
-      lost += !slides && !agrees[t];
-    }
-    ASSERT_GE(all, sliding / 2);
-    EXPECT_LE(missed, 1);
-    EXPECT_LE(lost, 2);
-  }
 }
 
 }  // namespace

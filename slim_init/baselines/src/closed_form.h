@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "scale/reverse_alignment.h"
+#include "scale/linear_motion.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init::baselines {

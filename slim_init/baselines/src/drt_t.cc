@@ -9,7 +9,7 @@
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
 #include "scale/gravity_constrained.h"
-#include "scale/reverse_alignment.h"
+#include "scale/linear_motion.h"
 #include "shape/ligt.h"
 #include "verdict/gates.h"
 

@@ -10,7 +10,7 @@
 #include "inertial_bundle_adjustment.h"
 #include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
-#include "scale/reverse_alignment.h"
+#include "scale/linear_motion.h"
 #include "slim_init/text.h"
 #include "verdict/gates.h"
 

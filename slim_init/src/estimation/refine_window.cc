@@ -79,10 +79,10 @@ Descent lowerMinimum(const WindowState& start, const OtherStart& otherStart,
                      const RefinementInput& input, VisualInertialProblem* map) {
   const double before = input.budget.used();
   Descent first = descend(start, input.options, map);
-  if (!otherStart) return first;
+  if (first.fits || !otherStart) return first;
   // The second solve is left as much work as the first one.
   const WorkBudget::Share share(1.0, &input.budget, input.budget.used() - before);
-  const std::optional<WindowState> other = otherStart(first.fits);
+  const std::optional<WindowState> other = otherStart();
   if (!other) return first;
   Descent second = descend(*other, input.options, map);
   const bool lower =

@@ -63,8 +63,8 @@ struct RefinementInput {
   WindowPriors priors = {};
 };
 
-/// Another start, if the first minimum fits or if it does not; none: the first one stands.
-using OtherStart = std::function<std::optional<WindowState>(bool fit)>;
+/// Another start if the first minimum does not fit; none: the first one stands.
+using OtherStart = std::function<std::optional<WindowState>()>;
 
 /// Refines from `start`, or from `other` if the cost is lower there. `lines` as the constructor of
 /// VisualInertialProblem takes them, `input.pre` made at the gyroscope bias of the start. If the

@@ -8,7 +8,7 @@
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "pipeline/solver_support.h"
-#include "scale/reverse_alignment.h"
+#include "scale/linear_motion.h"
 
 namespace slim_init {
 

@@ -16,9 +16,6 @@ namespace {
 // deviations of an end point; leaves a margin for the error of the start.
 constexpr double kLineAgreementSigmas = 6.0;
 
-// With fewer point tracks it is searched again in any case.
-constexpr int kFewTracks = 50;
-
 // About the biases of the estimate: chained over the window, first order is not exact enough.
 // Between the exposures, td as estimated.
 ScaleCost scaleCostOf(const RefinementInput& input, const RefinedWindow& refined) {
@@ -86,14 +83,10 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, bool again) {
   if (!again) return refineWindow(input, lines, start);
-  // If the minimum does not fit, from the inertial trajectory that most tracks agree with: the
-  // shape may have been none. If it fits, but with few tracks, from the shape of those that agree
-  // with each other: one bad track among a dozen biases the minimum without a larger residual.
-  const auto other = [&](bool fit) -> std::optional<WindowState> {
-    if (fit && input.tracks.pointTracks().size() >= kFewTracks) return std::nullopt;
+  // The shape may have been none, or the known state may have led astray.
+  const auto other = [&]() -> std::optional<WindowState> {
     if (!input.budget.allows("the search of another minimum")) return std::nullopt;
-    return fit ? consistentStartingState(input.tracks, input.pre, input.inertial)
-               : inertialStartingState(input.tracks, input.pre, input.inertial);
+    return inertialStartingState(input.tracks, input.pre, input.inertial);
   };
   return refineWindow(input, lines, start, other);
 }

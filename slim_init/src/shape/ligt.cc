@@ -27,8 +27,8 @@ struct PointRows {
   std::vector<Vote> votes;  // one per track used
 };
 
-// Adds L^T L of one row to the lower triangle of H; l, r and i are keyframes.
-void addLigtRow(LigtRow row, int l, int r, int i, Eigen::MatrixXd* H) {
+// Adds L^T L of one row to the lower triangle of H, times `weight`; l, r and i are keyframes.
+void addLigtRow(LigtRow row, int l, int r, int i, double weight, Eigen::MatrixXd* H) {
   const int k[3] = {l, r, i};
   const Eigen::Matrix3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
   // In the right base view itself r and i are the same centre.
@@ -37,12 +37,14 @@ void addLigtRow(LigtRow row, int l, int r, int i, Eigen::MatrixXd* H) {
   for (int p = 0; p < blocks; ++p) {
     for (int q = 0; q < blocks; ++q) {
       if (k[p] < k[q]) continue;
-      H->block<3, 3>(3 * k[p], 3 * k[q]).noalias() += block[p]->transpose() * *block[q];
+      H->block<3, 3>(3 * k[p], 3 * k[q]).noalias() += (weight * block[p]->transpose()) * *block[q];
     }
   }
 }
 
-PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
+// `lengths`: of the rows divided by |theta|^2.
+PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                       bool lengths) {
   const std::vector<WindowPoint>& observations = window.pointObservations();
   PointRows out;
   out.H = Eigen::MatrixXd::Zero(3 * window.size(), 3 * window.size());
@@ -58,10 +60,11 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
     if (base.parallax2 <= kSmallestAngle * kSmallestAngle) continue;
     const int l = observations[track.begin + base.l].keyframe;
     const int r = observations[track.begin + base.r].keyframe;
+    const double weight = lengths ? 1.0 / (base.parallax2 * base.parallax2) : 1.0;
     for (int a = 0; a < track.size(); ++a) {
       if (a == base.l) continue;
       const int i = observations[track.begin + a].keyframe;
-      addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
+      addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, weight, &out.H);
       out.rows += 3;
     }
     out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
@@ -96,11 +99,16 @@ LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r,
   return row;
 }
 
+Eigen::MatrixXd lengthNormalMatrix(const InitWindow& window,
+                                   const std::vector<Eigen::Matrix3d>& R_c0_ck) {
+  return sumPointRows(window, R_c0_ck, true).H.selfadjointView<Eigen::Lower>();
+}
+
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   TranslationEstimate estimate;
   const int n = window.size();
-  PointRows points = sumPointRows(window, R_c0_ck);
+  PointRows points = sumPointRows(window, R_c0_ck, false);
   Eigen::MatrixXd& H = points.H;
   estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());

@@ -63,4 +63,9 @@ inline constexpr int kMinTracks = 8;
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck);
 
+/// The normal matrix of the same rows, each divided by |theta|^2: then they are the distances by
+/// which the lines of sight miss the points, for points at unit distance and centres of any size.
+Eigen::MatrixXd lengthNormalMatrix(const InitWindow& window,
+                                   const std::vector<Eigen::Matrix3d>& R_c0_ck);
+
 }  // namespace slim_init
