@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "data/derived_window.h"
-#include "pipeline/answers.h"
-#include "pipeline/known_state.h"
+#include "geometry/dense.h"
+#include "imu/imu_quality.h"
 #include "pipeline/metric_estimate.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
@@ -53,7 +53,6 @@ class Solve {
                  const MotionMeasures& motion);
   ProvisionalOptions newestBounds(bool full) const;
   void nameSuccess(const MetricEstimate& metric);
-  void nameKnownState(const std::string& sigmas);
   void failWithoutEstimate(const TranslationEstimate& translation);
 
   const InitWindow& given_;
@@ -86,7 +85,8 @@ InitResult Solve::run() {
   WindowPriors priors = priorsOf(rotation);
   const auto [pre, R_b0_bk, R_c0_ck, motion] = integrateWindow(
       tracks, state_ ? priors.known->gyro_bias : result_.gyro_bias,
-      state_ ? priors.known->accel_bias : Eigen::Vector3d::Zero(), options_.inertial);
+      state_ ? priors.known->accel_bias : assumedImuBiases(priors.biases, options_.inertial).accel,
+      options_.inertial);
   setBounds(seen, motion);
   clock.lap("integration");
 
@@ -120,15 +120,36 @@ InitResult Solve::run() {
   return result_;
 }
 
+// With a known state through the extrinsics that it brings, and its td if the body has stood; null
+// where they cannot be solved together.
 std::shared_ptr<const InitWindow> Solve::windowToSolve() {
-  if (state_ != nullptr) return windowOfState(given_, *state_, &result_);
   // The integral over the scale knows no speeds; with them a success comes as early.
-  return provisional_ ? withoutSpeeds(given_) : unowned(given_);
+  if (state_ == nullptr) return provisional_ ? withoutSpeeds(given_) : unowned(given_);
+  std::shared_ptr<const InitWindow> through = unowned(given_);
+  std::string problem;
+  if (const std::string invalid = state_->validate(); !invalid.empty()) {
+    problem = invalid;
+  } else if (!isPositiveDefinite(stateFactor(*state_).covariance)) {
+    problem =
+        "the covariance of the last healthy state is not positive definite in velocity, tilt and "
+        "biases";
+  } else if (!(std::abs(state_->state.t - given_.times().front()) < kStampRounding)) {
+    problem = "the last healthy state is not that of the first keyframe";
+  } else if (state_->calibration.has_value()) {
+    CalibrationEstimate extrinsics = *state_->calibration;
+    if (!state_->at_rest) extrinsics.covariance(6, 6) = 0.0;  // its time is with the host's td
+    through = withCalibration(given_, withFound(given_.calibration(), extrinsics));
+    if (through == nullptr) problem = "the calibration of the last healthy state is not valid";
+  }
+  if (problem.empty()) return through;
+  fail(InitStatus::kInvalidInput, problem, &result_);
+  return nullptr;
 }
 
 WindowPriors Solve::priorsOf(const RotationStage& rotation) const {
   WindowPriors priors = {rotation.prior};
   if (state_ != nullptr) priors.known = stateFactor(*state_);
+  if (state_ == nullptr) priors.biases = given_.calibration().imu_biases;
   if (provisional_) priors.motion = MotionPrior{options_.provisional.speed_prior};
   return priors;
 }
@@ -204,6 +225,12 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
                   : posteriorGates(measures, motion, bounds_, newestBounds(full)),
               &result_);
   result_.prior_dropped = metric.contradicted;
+  if (metric.contradicts_biases) {
+    const ImuBiases& known = given.imu_biases;
+    result_.warnings.push_back(roundedText(
+        3, "the prior biases, gyroscope (", known.gyro.transpose(), ") rad/s and accelerometer (",
+        known.accel.transpose(), ") m/s^2, contradict the data and are not used"));
+  }
   if (state_ != nullptr) moveToWorldOf(*state_, metric.known_residual, &result_);
 }
 
@@ -221,15 +248,8 @@ ProvisionalOptions Solve::newestBounds(bool full) const {
 // What a success rests on.
 void Solve::nameSuccess(const MetricEstimate& metric) {
   if (!result_.success() || !result_.hasEstimate()) return;
-  const NewestSigmas newest = newestSigmas(result_);
-  const std::string sigmas = roundedText(2, "standard deviations of velocity ", newest.velocity,
-                                         " m/s, tilt ", newest.tilt_deg, " deg");
-  if (provisional_) {
-    fail(InitStatus::kProvisional,
-         sigmas + roundedText(2, ", scale ", 100.0 * result_.scale_sigma, " %"), &result_);
-  } else if (state_ != nullptr) {
-    nameKnownState(sigmas);
-  } else if (metric.refined.speeds.keyframes > 0) {
+  if (plain_) {
+    if (metric.refined.speeds.keyframes == 0) return;
     const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
     if (alone <= bounds_.max_scale_sigma) return;
     // Nothing has checked the sensor's.
@@ -238,11 +258,17 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
         100.0 * alone, " % (limit ", 100.0 * bounds_.max_scale_sigma,
         " %), an error of the sensor would not show");
     result_.warnings.push_back(result_.message);
+    return;
   }
-}
-
-// Without the velocity nothing vouches for the scale.
-void Solve::nameKnownState(const std::string& sigmas) {
+  const NewestSigmas newest = newestSigmas(result_);
+  const std::string sigmas = roundedText(2, "standard deviations of velocity ", newest.velocity,
+                                         " m/s, tilt ", newest.tilt_deg, " deg");
+  if (provisional_) {
+    fail(InitStatus::kProvisional,
+         sigmas + roundedText(2, ", scale ", 100.0 * result_.scale_sigma, " %"), &result_);
+    return;
+  }
+  // Without the velocity nothing vouches for the scale.
   std::string dropped;
   for (const std::string& part : result_.prior_dropped) {
     dropped += (dropped.empty() ? "" : ", ") + part;
@@ -269,11 +295,6 @@ void Solve::failWithoutEstimate(const TranslationEstimate& translation) {
        &result_);
 }
 
-InitResult solveOnce(const InitWindow& window, const SolveRequest& request,
-                     const InitializerOptions& options, WorkBudget* budget) {
-  return Solve(window, request, options, budget).run();
-}
-
 // `slim`, the default: points, line segments and vanishing points without any 3D structure as
 // state.
 class Slim : public WindowSolver {
@@ -286,9 +307,7 @@ class Slim : public WindowSolver {
   InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
                          WorkBudget* budget) const override {
     WorkBudget own(options_.limits);
-    WorkBudget* const shared = budget == nullptr ? &own : budget;
-    if (request.first_state) return solveOnce(window, request, options_, shared);
-    return answerAboutKnownBiases(window, request, options_, shared, solveOnce);
+    return Solve(window, request, options_, budget == nullptr ? &own : budget).run();
   }
 
  private:

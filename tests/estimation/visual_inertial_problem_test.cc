@@ -232,6 +232,23 @@ TEST(VisualInertialProblem, PriorOnTheMotion) {
   EXPECT_GT((state.v_b0 - truth.v_b0).norm(), 0.05) << "it counts";
 }
 
+TEST(VisualInertialProblem, PriorOnTheBiases) {
+  const ExactWindow exact = noisyWindow(3);
+  const WindowState truth = trueState(exact);
+  const InertialOptions inertial;
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
+  WindowPriors priors;
+  priors.biases = {truth.gyro_bias.array() + 0.01, truth.accel_bias.array() - 0.1, 1e-4, 1e-3};
+  VisualInertialProblem map(*exact.window, {}, pre, RefinementOptions(), inertial, priors);
+  WindowState state = truth;
+  const double inertial_cost = map.minimize(0, &state).inertial_cost;
+  EXPECT_NEAR(inertial_cost, 3.0 * (1e4 + 1e4), 0.02 * inertial_cost);
+  ASSERT_TRUE(map.minimize(50, 1e-10, &state).converged);
+  EXPECT_LT(stepLeft(state, &map), 1e-8);
+  EXPECT_LT((state.accel_bias - priors.biases.accel).norm(), 0.01) << "about its mean";
+}
+
 TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   const ExactWindow exact = noisyWindow(2);
   const WindowState truth = trueState(exact);

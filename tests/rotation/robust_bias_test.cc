@@ -121,6 +121,19 @@ TEST(RobustBias, NoiseFreeRecovery) {
   }
 }
 
+TEST(RobustBias, BeginsAtAKnownBiasAndIsNotHeldThere) {
+  ExactWindowOptions options = noisy(3);
+  options.gyro_bias = Vector3d(0.5, -0.4, 0.5);
+  const ExactWindow exact = makeExactWindow(options);
+  for (const double error : {0.0, 0.03}) {
+    Calibration calibration = exact.calibration;
+    calibration.imu_biases.gyro = options.gyro_bias + Vector3d(error, 0.0, -error);
+    calibration.imu_biases.gyro_sigma = 1e-4;
+    const auto window = madeWindow(calibration, exact.keyframes, exact.imu);
+    EXPECT_LT(relativeError(robustBiasOf(*window), options.gyro_bias), 5e-3) << error;
+  }
+}
+
 TEST(RobustBias, CleanNoiseKeepsNearlyEverything) {
   std::vector<double> errors, kept;
   for (unsigned seed = 1; seed <= kWindows; ++seed) {

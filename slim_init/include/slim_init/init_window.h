@@ -102,8 +102,6 @@ class InitWindow {
                                                             const std::vector<char>& keep);
   friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                            const Calibration& calibration);
-  friend std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window,
-                                                         const ImuBiases& biases);
   friend std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);
   friend std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
                                                                const Eigen::Vector3d& gyro_bias);

@@ -94,18 +94,6 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   return out;
 }
 
-std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const ImuBiases& biases) {
-  const auto common = std::make_shared<InitWindow::Common>(*window.common_);
-  common->calibration.imu_biases = ImuBiases();
-  for (ImuSample& sample : common->imu) {
-    sample.gyro -= biases.gyro;
-    sample.accel -= biases.accel;
-  }
-  const std::shared_ptr<InitWindow> out(new InitWindow(window));
-  out->common_ = common;
-  return out;
-}
-
 std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window) {
   if (window.speeds().empty()) return unowned(window);
   const auto common = std::make_shared<InitWindow::Common>(*window.common_);

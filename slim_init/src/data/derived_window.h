@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Windows made from another one: under another calibration, without biases, speeds or observations.
+// Windows made from another one: under another calibration, without speeds or observations.
 #pragma once
 
 #include <memory>
@@ -20,9 +20,6 @@ std::shared_ptr<const InitWindow> unowned(const InitWindow& window);
 /// keyframes are left or `calibration` is not valid.
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                   const Calibration& calibration);
-
-/// The window with these biases taken off its samples. Nothing is known of those that are left.
-std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const ImuBiases& biases);
 
 /// The window without its measured velocities.
 std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);

@@ -108,6 +108,7 @@ struct WindowPriors {
   std::optional<MotionPrior> motion = std::nullopt;
   /// In place of the priors of the biases.
   std::optional<StateFactor> known = std::nullopt;
+  ImuBiases biases = {};  ///< beyond InertialOptions (assumedImuBiases())
 };
 
 }  // namespace slim_init

@@ -8,6 +8,7 @@
 #include "estimation/inertial_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "imu/imu_quality.h"
 
 namespace slim_init {
 namespace {
@@ -50,7 +51,7 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
     : window_(window),
       pre_(pre),
       options_(options),
-      inertial_(inertial),
+      bias_prior_(assumedImuBiases(priors.biases, inertial)),
       layout_(window.size(), true),
       t_b_c_(window.calibration().t_b_c),
       readout_s_(window.calibration().readout_s),
@@ -131,11 +132,11 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
   };
   double cost = 0.0;
   if (!priors_.known) {
-    // The prior is centred at zero, so a tight one holds the bias there.
     cost = add(layout_.accelBias(),
-               options_.estimate_accel_bias ? 1.0 / square(inertial_.accel_bias_prior) : kHold,
-               state.accel_bias);
-    cost += add(layout_.gyroBias(), 1.0 / square(inertial_.gyro_bias_prior), state.gyro_bias);
+               options_.estimate_accel_bias ? 1.0 / square(bias_prior_.accel_sigma) : kHold,
+               state.accel_bias - bias_prior_.accel);
+    cost += add(layout_.gyroBias(), 1.0 / square(bias_prior_.gyro_sigma),
+                state.gyro_bias - bias_prior_.gyro);
   }
   if (!priors_.motion) return cost;
   const double duration = window_.times().back() - window_.times().front();

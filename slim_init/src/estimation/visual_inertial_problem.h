@@ -201,7 +201,7 @@ class VisualInertialProblem {
   WorkBudget* budget_ = nullptr;
   const std::vector<Preintegration>& pre_;
   RefinementOptions options_;
-  InertialOptions inertial_;
+  ImuBiases bias_prior_;
   StateLayout layout_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;

@@ -1,12 +1,15 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/metric_estimate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "imu/imu_quality.h"
 #include "imu/preintegration.h"
-#include "pipeline/known_state.h"
+#include "scale/linear_motion.h"
 #include "scale/starting_states.h"
 
 namespace slim_init {
@@ -18,7 +21,7 @@ constexpr double kLineAgreementSigmas = 6.0;
 
 // About the biases of the estimate: chained over the window, first order is not exact enough.
 // Between the exposures, td as estimated.
-ScaleCost scaleCostOf(const RefinementInput& input, const RefinedWindow& refined) {
+ScaleCost scaleCostOf(const RefinementInput& input, RefinedWindow refined) {
   const InitWindow& window = input.tracks;
   const WindowState& state = refined.state;
   std::vector<Preintegration> pre =
@@ -26,7 +29,37 @@ ScaleCost scaleCostOf(const RefinementInput& input, const RefinedWindow& refined
                          coveredShift(window, state.rig.dtd), PreintegrationParts::kMean);
   // The covariance depends on the biases by a hundredth of itself.
   for (std::size_t k = 0; k < pre.size(); ++k) pre[k].covariance = input.pre[k].covariance;
-  return ScaleCost(refined, pre, window.calibration(), input.inertial, input.priors.motion);
+  const ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
+  InertialOptions inertial = input.inertial;
+  inertial.gyro_bias_prior = prior.gyro_sigma;
+  inertial.accel_bias_prior = prior.accel_sigma;
+  // It counts the biases from the mean of their prior.
+  for (Preintegration& pair : pre) {
+    pair.gyro_bias -= prior.gyro;
+    pair.accel_bias -= prior.accel;
+  }
+  refined.state.gyro_bias -= prior.gyro;
+  refined.state.accel_bias -= prior.accel;
+  return ScaleCost(refined, pre, window.calibration(), inertial, input.priors.motion);
+}
+
+// Whether the data contradict the biases known before: the test of a state of which nothing else is
+// known.
+bool contradictsBiases(const RefinementInput& input, const MetricEstimate& metric) {
+  const ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
+  if (!(prior.gyro_sigma < input.inertial.gyro_bias_prior ||
+        prior.accel_sigma < input.inertial.accel_bias_prior)) {
+    return false;
+  }
+  StateVector sigma, moved = StateVector::Zero();
+  sigma << Eigen::Vector3d::Constant(kUnknown[0]), Eigen::Vector2d::Constant(kUnknown[1]),
+      Eigen::Vector3d::Constant(prior.gyro_sigma), Eigen::Vector3d::Constant(prior.accel_sigma);
+  const WindowState& state = metric.refined.state;
+  moved.tail<6>() << state.gyro_bias - prior.gyro, state.accel_bias - prior.accel;
+  const StateCovariance before = sigma.cwiseAbs2().asDiagonal();
+  StateCovariance posterior = before;
+  posterior.bottomRightCorner<6, 6>() = metric.posterior.covariance.bottomRightCorner<6, 6>();
+  return testState(moved, before, posterior).contradicts();
 }
 
 void adopt(const RefinementInput& input, RefinedWindow refined, MetricEstimate* out) {
@@ -39,15 +72,54 @@ void adopt(const RefinementInput& input, RefinedWindow refined, MetricEstimate* 
                   imuInstants(input.tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
 }
 
-// The minimum, without the parts of a known state that the data contradict.
+// The motion of a window as the IMU alone continues the known state, at whose biases `pre` is.
+WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
+                         double gravity_magnitude) {
+  Eigen::Matrix<double, 9, 1> x;
+  x << known.velocity_b, Eigen::Vector3d::Zero(), gravity_magnitude * known.down_b;
+  return linearMotion(pre, chainRotations(pre), Eigen::Vector3d::Zero()).at(x);
+}
+
+// The part of the known state that the data contradict most, or "": none, or one that is not used
+// already, so that what is left is not this state's fault. From then on it is as good as unknown.
+std::string dropContradicted(const InitWindow& tracks, StateFactor* known, MetricEstimate* out) {
+  const WindowState& state = out->refined.state;
+  const std::vector<ImuInstant> instants =
+      imuInstants(tracks, coveredShift(tracks, state.rig.dtd), state.gyro_bias, state.accel_bias);
+  const StateResidual rows = stateResidual(state, *known, tracks.calibration(), instants.front());
+  out->known_residual = rows.r;
+  // Errors of the rows by those of the estimate, for their covariance there.
+  const StateLayout at(state.size(), true);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size() - StateLayout::kGauge, kStateRows);
+  J.middleRows<3>(at.velocity(0) - StateLayout::kGauge) = rows.J.leftCols<3>().transpose();
+  J.middleRows<kStateColumns - 3>(at.gyroBias() - StateLayout::kGauge) =
+      rows.J.rightCols<kStateColumns - 3>().transpose();
+  Eigen::MatrixXd posterior;
+  if (!inverseSeenBy(out->refined.information, J, &posterior)) return "";
+  const StateTest test = testState(rows.r, known->covariance, posterior);
+  if (!test.contradicts()) return "";
+  const StatePart part = worstPart(test);
+  const std::string name = toString(part);
+  const std::vector<std::string>& dropped = out->contradicted;
+  if (std::count(dropped.begin(), dropped.end(), name) > 0) return "";
+  known->covariance = without(known->covariance, part);
+  return name;
+}
+
+// The minimum, without the parts of a known state, or the biases, that the data contradict.
 void refine(RefinementInput* input, const std::vector<Track>& lines, bool again,
             MetricEstimate* out) {
   std::optional<StateFactor>& known = input->priors.known;
   for (WindowState from = *out->start;; from = out->refined.state) {
     adopt(*input, searchMinimum(*input, lines, from, again), out);
-    if (!out->posterior.valid || !known) return;
-    const std::string part = dropContradicted(input->tracks, out->refined, out->contradicted,
-                                              &*known, &out->known_residual);
+    if (!out->posterior.valid) return;
+    if (!known) {
+      if (!contradictsBiases(*input, *out)) return;
+      out->contradicts_biases = true;
+      input->priors.biases = ImuBiases();
+      continue;
+    }
+    const std::string part = dropContradicted(input->tracks, &*known, out);
     if (part.empty()) return;
     out->contradicted.push_back(part);
   }

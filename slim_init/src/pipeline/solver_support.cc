@@ -213,6 +213,19 @@ void moveToFrame(const NavState& there, const NavState& here, InitResult* result
   result->covariance = T * result->covariance * T.transpose();
 }
 
+// Of the parts that were dropped the state claims too much, and what follows from them follows all
+// the same.
+void moveToWorldOf(const StatePrior& prior, const StateVector& residual, InitResult* result) {
+  const Eigen::Matrix<double, kStateRows, 15> Y = stateRows(prior.state);
+  const Eigen::MatrixXd PY = product(prior.covariance, Y.transpose());
+  const Eigen::Matrix<double, 15, 1> step = product(PY, solveSymmetric(product(Y, PY), residual));
+  NavState there = prior.state;
+  there.R_w_b = there.R_w_b * expSO3(step.head<3>());
+  // An estimated td has moved the first keyframe.
+  there.p_w_b += step.segment<3>(3) + (result->states.front().t - there.t) * there.v_w_b;
+  moveToFrame(there, result->states.front(), result);
+}
+
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
   if (result.states.empty()) return out;

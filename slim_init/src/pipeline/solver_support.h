@@ -10,11 +10,13 @@
 
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
+#include "estimation/state_factor.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/state_prior.h"
 #include "slim_init/types.h"
 #include "slim_init/work_budget.h"
 #include "verdict/gates.h"
@@ -94,6 +96,10 @@ void keepObservable(const std::vector<Preintegration>& pre,
 /// instant in another gravity-aligned world, in position and in heading. Roll and pitch stay: they
 /// come from gravity.
 void moveToFrame(const NavState& there, const NavState& here, InitResult* result);
+
+/// Moves the result into the world of the state, whose pose the window corrects as far as its error
+/// correlates with those of velocity, tilt and biases. `residual`: estimate minus state.
+void moveToWorldOf(const StatePrior& prior, const StateVector& residual, InitResult* result);
 
 /// Of the newest state; NaN without a covariance.
 NewestSigmas newestSigmas(const InitResult& result);

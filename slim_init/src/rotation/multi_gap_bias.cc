@@ -9,6 +9,7 @@
 
 #include "geometry/robust.h"
 #include "geometry/so3.h"
+#include "imu/imu_quality.h"
 
 namespace slim_init {
 
@@ -47,11 +48,18 @@ MultiGapProblem::MultiGapProblem(const InitWindow& window,
                                  const InertialOptions& inertial, const RigPrior& rig)
     : window_(window),
       vps_(vanishing_points),
+      known_bias_(assumedImuBiases(window.calibration().imu_biases, inertial).gyro),
       gyro_bias_prior_(inertial.gyro_bias_prior),
       rig_(rig),
       pairs_(window, kLongestGap),
       shortest_gap_(shortestGap(pairs_)),
       gyro_(window) {}
+
+RotationUnknowns MultiGapProblem::priorMean() const {
+  RotationUnknowns x = RotationUnknowns::Zero();
+  x.head<3>() = known_bias_;
+  return x;
+}
 
 bool MultiGapProblem::enters(const KeyframePair& pair, int max_gap) const {
   return pair.gap() >= shortest_gap_ && pair.gap() <= max_gap;
@@ -108,9 +116,11 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
 }
 
 void MultiGapProblem::addPriors(const RotationUnknowns& x, QuadraticModel<7>* sum) const {
+  // What was known of a sensor may be wrong: here it is no more than a start.
+  const Eigen::Vector3d off = x.head<3>() - known_bias_;
   const double information = 1.0 / (gyro_bias_prior_ * gyro_bias_prior_);
-  sum->cost += information * x.head<3>().squaredNorm();
-  sum->gradient.head<3>() += 2.0 * information * x.head<3>();
+  sum->cost += information * off.squaredNorm();
+  sum->gradient.head<3>() += 2.0 * information * off;
   sum->hessian.diagonal().head<3>().array() += 2.0 * information;
   RigError rig = rig_.mean;  // with nothing known of the rest
   rig.dR = expSO3(x.segment<3>(3));

@@ -45,6 +45,8 @@ class MultiGapProblem {
                   const InertialOptions& inertial, const RigPrior& rig);
 
   const KeyframePairs& pairs() const { return pairs_; }
+  /// The bias at the mean of its prior, the calibration as given.
+  RotationUnknowns priorMean() const;
   /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
   /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
   bool enters(const KeyframePair& pair, int max_gap) const;
@@ -83,7 +85,8 @@ class MultiGapProblem {
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
-  const double gyro_bias_prior_;  // [rad/s]
+  const Eigen::Vector3d known_bias_;  // or zero [rad/s]
+  const double gyro_bias_prior_;      // [rad/s]
   const RigPrior rig_;
   const KeyframePairs pairs_;
   const int shortest_gap_;

@@ -56,6 +56,7 @@ void RobustBiasEstimator::minimize(int max_gap, const CutoffSchedule& schedule,
 double RobustBiasEstimator::start(const CutoffSchedule& schedule) {
   spend(kWorkPerPoint * points_);
   minimum_ = RotationMinimum();
+  minimum_.x = problem_.priorMean();
   minimum_.baselines = unknownBaselines(problem_.pairs());
   findBaselines(kShortGap, {schedule.front()});
   minimize(kShortGap, schedule, {});

@@ -121,9 +121,9 @@ bool RestMeasures::isRest(double gravity_magnitude, const InertialOptions& inert
 
 StatePrior priorAtRest(const RestMeasures& rest, double t, double gravity_magnitude,
                        const ImuBiases& known, const InertialOptions& inertial) {
-  const bool knows = known.accel_sigma < inertial.accel_bias_prior;
-  const Eigen::Vector3d before = knows ? known.accel : Eigen::Vector3d(Eigen::Vector3d::Zero());
-  const double across = knows ? known.accel_sigma : inertial.accel_bias_prior;
+  const ImuBiases biases = assumedImuBiases(known, inertial);
+  const Eigen::Vector3d& before = biases.accel;
+  const double across = biases.accel_sigma;
   const Eigen::Vector3d up = (rest.mean_force - before).normalized();
   StatePrior prior;
   prior.at_rest = true;
