@@ -36,8 +36,8 @@ constexpr double kLongestStep = 0.5;
 // sensor at rest becomes a vibrating one without being broken.
 constexpr double kUsualAccelNoise = 1.5;  // [m/s^2]
 constexpr double kUsualGyroNoise = 0.1;   // [rad/s]
-// Blocks of samples whose median is the usual noise: 5 s at 200 Hz, so that a vibration that begins
-// is usual after 2.5 s.
+// The newest samples once in each kNoiseStretch; their median noise is the usual one. Over 5 s, so
+// that a vibration that begins is usual after 2.5 s.
 constexpr std::size_t kBlocks = 50;
 constexpr std::size_t kLeastBlocks = 5;
 // Noise above the usual by these factors widens, and is not for the initializer.
@@ -98,10 +98,9 @@ void ImuScreen::reset() {
   damage_.clear();
   left_out_.clear();
   noise_.clear();
-  in_block_ = 0;
   for (Repeats& axis : repeats_) axis.in_row = 0;  // the rates are the sensor's
   returned_ = -1e300;
-  noise_end_ = believed_since_ = -1e300;
+  noise_end_ = believed_since_ = block_end_ = -1e300;
 }
 
 void ImuScreen::insertDamage(const ImuDamage& damage) {
@@ -173,8 +172,8 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
 bool ImuScreen::isNoisy() {
   if (recent_.size() < kJudged || repeatsAll()) return false;
   const ImuSampleNoise noise = noiseOf(recent_);
-  if (++in_block_ >= kJudged) {
-    in_block_ = 0;
+  if (recent_.back().t >= block_end_) {
+    block_end_ = recent_.back().t + kNoiseStretch;
     noise_.push_back(noise);
     if (noise_.size() > kBlocks) noise_.pop_front();
   }

@@ -122,7 +122,6 @@ class ImuScreen {
   std::deque<ImuDamage> damage_;
   std::deque<ImuSample> left_out_;    // of the open damage, whose rates are known
   std::deque<ImuSampleNoise> noise_;  // of blocks of samples
-  std::size_t in_block_ = 0;
   // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
   // whether several values came before the run.
   struct Repeats {
@@ -134,6 +133,7 @@ class ImuScreen {
   std::int64_t compared_ = 0;       // samples with the one before
   double returned_ = -1e300;        // stamp of the last sample for use [s]
   double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
+  double block_end_ = -1e300;       // stamp from which a block of noise_ is due [s]
   double believed_since_ = -1e300;  // samples from before are of another motion [s]
   double period_ = 0.005;           // between samples [s]
   double newest_ = kNotComputed;    // stamp, of pass() [s]
