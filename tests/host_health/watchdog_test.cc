@@ -363,6 +363,36 @@ TEST(ImuScreen, WhatGoesOnIsAVibration) {
   }
 }
 
+// A body that begins to turn in 0.1 s, and stops, at any rate of the IMU; a sensor jumps.
+TEST(ImuScreen, AFastTurnIsAMotionAndAJumpIsNot) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto lost = [&](double rate, double ramp, double speed) {
+    ImuScreen screen{ImuLimits()};
+    double discarded = 0.0;  // [s]
+    for (int i = 0; i < 5.0 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) {
+        sample.accel[axis] = 0.1 * normal(random);
+        sample.gyro[axis] = 0.003 * normal(random);
+      }
+      sample.accel.z() += 9.81;
+      const double on = std::clamp((sample.t - 2.0) / ramp, 0.0, 1.0);
+      const double off = std::clamp((sample.t - 3.5) / ramp, 0.0, 1.0);
+      sample.gyro.z() += speed * (on - off);
+      discarded += screen.add(sample).empty() ? 1.0 / rate : 0.0;
+    }
+    return discarded;
+  };
+  for (const double rate : {100.0, 200.0, 400.0, 1000.0}) {
+    SCOPED_TRACE(rate);
+    EXPECT_EQ(lost(rate, 0.1, 10.0), 0.0);
+    EXPECT_EQ(lost(rate, 0.1, 15.0), 0.0);
+    EXPECT_NEAR(lost(rate, 1e-6, 10.0), 1.0, 0.05);
+  }
+}
+
 TEST(ImuScreen, WhatStaysIsAMotion) {
   const ExactWindow exact = flight();
   const Screened result = screened(disturbed(exact.imu, 2.0, 10.0, {100, 0, 0}));

@@ -27,7 +27,8 @@ double stepAllowed(double step, double limit, double default_limit) {
   return step + std::max(0.0, limit - default_limit);
 }
 
-// Between neighbours; beside an accelerometer that is wrong, more says that the gyroscope is too.
+// Between neighbours: a faster turn than this a sensor invents, beside an accelerometer that is
+// wrong; rates that get to more than the step by smaller ones are a motion.
 constexpr double kMaxGyroJump = 2.0;  // [rad/s]
 constexpr std::size_t kJudged = 20;   // samples
 // A motion that stays different is a motion: after this time the samples are believed again [s].
@@ -264,10 +265,11 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   while (first != samples_.end() && first->t < believed_since_) ++first;
   const auto last = samples_.end();
   if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within && stuck == 0;
-  const bool gyro_near = (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
-                         stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
-  const bool jumps =
-      recent_.size() > 1 && (sample.gyro - recent_[recent_.size() - 2].gyro).norm() > kMaxGyroJump;
+  const ImuSample& before = recent_.size() > 1 ? recent_[recent_.size() - 2] : samples_.back();
+  const bool jumps = (sample.gyro - before.gyro).norm() > kMaxGyroJump;
+  const bool gyro_near = (!jumps && before.t == samples_.back().t) ||
+                         (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
+                             stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
   *gyro_usable = gyro_near && !jumps && stuck_gyro == 0 && !repeatsAll();
   return within && gyro_near && stuck == 0 &&
          (sample.accel - medianOf(first, last, &ImuSample::accel)).norm() <=
