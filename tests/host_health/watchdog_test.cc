@@ -532,6 +532,50 @@ TEST(ImuPropagation, DamageFromOutsideIsHonest) {
   EXPECT_LT(squares.sqrt().maxCoeff(), 1.5) << squares.transpose();
 }
 
+// A body that lands within 10 ms feels more than is believed, and what is left out of it is in the
+// covariance; a sensor that invents as much as no landing has costs no more than a missing sample.
+TEST(ImuPropagation, ADiscardedShockWidens) {
+  constexpr double kTime = 5.0, kLength = 0.01;  // [s]
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 0.05);
+  const auto after = [&](double rate, double peak, double rotation) {
+    std::vector<ImuSample> samples;
+    for (int i = 0; i < 5.2 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) sample.accel[axis] = normal(random);
+      for (int axis = 0; axis < 3; ++axis) sample.gyro[axis] = 0.1 * normal(random);
+      const double phase = (sample.t - kTime) / kLength;
+      const bool in_shock = phase > 0.0 && phase < 1.0;
+      sample.accel.z() += 9.81 + (in_shock ? peak * std::sin(M_PI * phase) : 0.0);
+      if (in_shock) sample.gyro.x() += rotation;
+      samples.push_back(sample);
+    }
+    const Screened data = screened(samples);
+    EXPECT_FALSE(data.screen.damage().empty());
+    PropagatedState from, to;
+    from.state.t = kTime - 0.05;
+    from.state.v_w_b = Eigen::Vector3d(0, 0, -1.0);
+    std::string error;
+    EXPECT_TRUE(propagateState(from, kTime + 0.1, data.screen.samples(), data.screen.damage(),
+                               Eigen::Vector3d(0, 0, -9.81), ImuNoise(), &to, &error))
+        << error;
+    return to;
+  };
+  for (const double rate : {200.0, 400.0, 1000.0}) {
+    SCOPED_TRACE(rate);
+    // The true velocity is zero afterwards.
+    const PropagatedState landed = after(rate, 0.5 * M_PI / kLength, 0.0);
+    EXPECT_LT(std::abs(landed.state.v_w_b.z()), 2.0 * std::sqrt(landed.covariance(5, 5)));
+    EXPECT_LT(landed.velocitySigma(), 1.2);
+    EXPECT_LT(after(rate, 2000.0, 0.0).velocitySigma(), 0.1);
+    const PropagatedState turned = after(rate, 0.0, 12.0);
+    EXPECT_GT(std::sqrt(turned.covariance(0, 0)), 0.5 * 12.0 * kLength);
+    EXPECT_LT(std::sqrt(turned.covariance(0, 0)), 2.0 * 12.0 * kLength);
+    EXPECT_LT(std::sqrt(after(rate, 0.0, 500.0).covariance(0, 0)), 0.05);
+  }
+}
+
 TEST(ImuPropagation, DamageWidens) {
   const ExactWindow exact = flight();
   PropagatedState from;

@@ -60,6 +60,9 @@ constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the 
 // An axis that repeats alone is at rest if fewer values than these came before, or for longer [s].
 constexpr std::ptrdiff_t kFewValues = 5;
 constexpr double kLongestStuck = 1.0;
+// A vehicle may have felt what is discarded if its velocity changes by no more: a hard landing
+// [m/s].
+constexpr double kHardestShock = 1.5;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
 // Share of that between samples on a bridge.
@@ -323,6 +326,15 @@ std::deque<ImuSample> ImuScreen::heldUntil(double t) const {
   return samples;
 }
 
+// The errors of the open damage are those of leaving out what the body may have felt.
+void ImuScreen::widenByShock(ImuDamage* open) const {
+  const double length = std::max(period_, open->last - open->first);
+  const double accel = discarded_accel_.norm() / length, gyro = discarded_gyro_.norm() / length;
+  const bool felt = accel * length < kHardestShock && gyro < limits_.max_gyro;
+  open->accel_sigma = felt ? std::max(kUnknownAccel, accel) : kUnknownAccel;
+  open->gyro_sigma = felt ? std::max(kUnknownGyro, gyro) : kUnknownGyro;
+}
+
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   if (!recent_.empty()) {
     const double step = sample.t - recent_.back().t;
@@ -341,14 +353,20 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
       damage_.push_back({});
       open = &damage_.back();
       open->open = true;
+      discarded_accel_ = discarded_gyro_ = Eigen::Vector3d::Zero();
       // Where samples are missing nothing is known.
       open->gyro_known = sample.t - recent_[recent_.size() - 2].t <= kMaxGap;
     }
     open->first = std::min(samples_.back().t, sample.t);
     open->last = sample.t;
     open->gyro_known = open->gyro_known && (usable || gyro_usable);
-    if (!usable) left_out_.push_back(sample);
+    if (!usable) {
+      left_out_.push_back(sample);
+      discarded_accel_ += period_ * (sample.accel - samples_.back().accel);
+      discarded_gyro_ += period_ * (sample.gyro - samples_.back().gyro);
+    }
     if (!open->gyro_known) left_out_.clear();
+    widenByShock(open);
   }
   if (!usable) {
     forgetOld(sample.t);
@@ -359,6 +377,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   if (open != nullptr) {
     open->open = false;
     open->last = sample.t;
+    widenByShock(open);
     open->bridged = open->last - open->first <= kBridge;
     std::vector<ImuSample> filled;
     fill(sample, *open, &filled);
