@@ -288,6 +288,36 @@ TEST(ImuScreen, CoarseStepsAreNotSaturation) {
   }
 }
 
+// A quiet gyroscope behind a filter repeats its values where a smooth motion turns. An axis that is
+// stuck while the body moves is found all the same.
+TEST(ImuScreen, TheTurnOfASmoothMotionIsNotSaturation) {
+  constexpr double kStep = 0.00106;  // [rad/s], 16 bit of +-2000 deg/s
+  for (const auto& [rate, gain] : {std::pair(200.0, 0.47), std::pair(500.0, 0.22)}) {
+    SCOPED_TRACE(rate);
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    ImuScreen screen{ImuLimits()};
+    Eigen::Vector3d noise = Eigen::Vector3d::Zero();
+    double discarded = 0.0, held = 0.0, stuck_at = 0.0;  // [s], [s], [rad/s]
+    for (int i = 0; i < 100.0 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) {
+        noise[axis] += gain * (4.9e-5 * std::sqrt(0.5 * rate) * normal(random) - noise[axis]);
+        const double rate_of_axis = 0.3 * std::sin((2.3 - 0.5 * axis) * sample.t);
+        sample.gyro[axis] = kStep * std::round((rate_of_axis + noise[axis]) / kStep);
+        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.03 * normal(random);
+      }
+      const bool stuck = sample.t > 90.15 && sample.t < 90.35;
+      if (!stuck) stuck_at = sample.gyro.x();
+      sample.gyro.x() = stuck_at;
+      (sample.t < 90.0 ? discarded : held) += screen.add(sample).empty() ? 1.0 / rate : 0.0;
+    }
+    EXPECT_LT(discarded, 0.1);
+    EXPECT_GT(held, 0.1);
+  }
+}
+
 // Beside a stuck accelerometer a gyroscope is judged as always, and nothing is returned twice.
 TEST(ImuScreen, BesideAStuckAccelerometer) {
   const ExactWindow exact = flight(true);

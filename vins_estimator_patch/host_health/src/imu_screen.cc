@@ -57,8 +57,9 @@ constexpr double kMedianOfThree = 2.366;
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
-// An axis that repeats alone is at rest if fewer values than these came before, or for longer [s].
-constexpr std::ptrdiff_t kFewValues = 5;
+// An axis that repeats alone is at rest if it moved by fewer of its steps before, or for longer
+// [s].
+constexpr double kFewSteps = 4.0;
 constexpr double kLongestStuck = 1.0;
 // A vehicle may have felt what is discarded if its velocity changes by no more: a hard landing
 // [m/s].
@@ -208,7 +209,10 @@ int ImuScreen::stuckFor(std::size_t first) const {
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
     const Repeats& repeats = repeats_[axis];
-    const bool rests = !repeats.moved || repeats.in_row * period_ > kLongestStuck;
+    // A parabola that stays within a step for a run has moved by so many in the samples before.
+    const double before = static_cast<double>(kJudged) / std::max(1, repeats.in_row);
+    const bool rests = repeats.moved < kFewSteps * std::max(1.0, before * (before + 1.0)) ||
+                       repeats.in_row * period_ > kLongestStuck;
     if (repeats.in_row < kStuckRepeats || (rests && !all)) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
@@ -232,7 +236,11 @@ void ImuScreen::countRepeats(const ImuSample& sample) {
       std::vector<double> values;
       for (const ImuSample& one : recent_) values.push_back(value(one));
       std::sort(values.begin(), values.end());
-      of_axis.moved = std::unique(values.begin(), values.end()) - values.begin() >= kFewValues;
+      double step = HUGE_VAL;
+      for (std::size_t i = 1; i < values.size(); ++i) {
+        if (values[i] > values[i - 1]) step = std::min(step, values[i] - values[i - 1]);
+      }
+      of_axis.moved = (values.back() - values.front()) / step;
     }
     of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
     if (frozen) continue;

@@ -128,11 +128,11 @@ class ImuScreen {
   Eigen::Vector3d discarded_gyro_ = Eigen::Vector3d::Zero();   // [rad]
   std::deque<ImuSampleNoise> noise_;                           // of blocks of samples
   // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
-  // whether several values came before the run.
+  // by how many of its steps it moved in the samples before the run.
   struct Repeats {
     int in_row = 0;
     double rate = 0.0;
-    bool moved = false;
+    double moved = 0.0;
   };
   std::array<Repeats, 6> repeats_{};
   std::int64_t compared_ = 0;       // samples with the one before
