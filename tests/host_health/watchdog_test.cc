@@ -232,6 +232,35 @@ TEST(ImuScreen, AFrozenSensorIsMissing) {
   EXPECT_TRUE(screened(samples).screen.damage().empty());
 }
 
+// A simulation without noise that lands: its values are used, and those of an IMU that freezes in
+// flight are not, nor those of a real one that hovers.
+TEST(ImuScreen, AtRestWithoutNoise) {
+  const auto used = [](double noise, double force, double rotation) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal(0.0, noise);
+    ImuScreen screen{ImuLimits()};
+    ImuSample sample;
+    int count = 0;
+    for (int i = 0; i < 2000; ++i) {
+      sample.t = 0.01 * i;
+      for (int axis = 0; axis < 3 && i < 1500; ++axis) {
+        sample.accel[axis] = std::sin((1.0 + axis) * sample.t) + normal(random);
+        sample.gyro[axis] = 0.3 * std::cos((1.0 + axis) * sample.t) + 0.1 * normal(random);
+      }
+      if (i < 1500) sample.accel.z() += 9.81;
+      if (i >= 1500) sample.accel = Eigen::Vector3d(0, 0, force);
+      if (i >= 1500) sample.gyro = Eigen::Vector3d(rotation, 0, 0);
+      count += i >= 1500 && !screen.add(sample).empty() ? 1 : 0;
+      if (i < 1500) screen.add(sample);
+    }
+    return count;
+  };
+  EXPECT_GT(used(0.0, 9.9, 0.01), 490);
+  EXPECT_LT(used(0.0, 15.0, 0.01), 10);
+  EXPECT_LT(used(0.0, 9.9, 0.5), 10);
+  EXPECT_LT(used(0.02, 9.9, 0.01), 10);
+}
+
 // At the end of its range an axis repeats its value, and the other axes do not.
 TEST(ImuScreen, ASaturatedAxisIsDamage) {
   const ExactWindow exact = flight(true);

@@ -41,6 +41,7 @@ constexpr double kUsualGyroNoise = 0.1;   // [rad/s]
 // that a vibration that begins is usual after 2.5 s.
 constexpr std::size_t kBlocks = 50;
 constexpr std::size_t kLeastBlocks = 5;
+constexpr double kNoNoise = 1e-3;  // [m/s^2], half of that of the quietest sensors
 // Noise above the usual by these factors widens, and is not for the initializer.
 constexpr double kWidens = 3.0;
 constexpr double kBreaks = 5.0;
@@ -142,8 +143,7 @@ ImuSampleNoise ImuScreen::usualNoise() const {
     accel.push_back(block.accel);
     gyro.push_back(block.gyro);
   }
-  return {std::max(kUsualAccelNoise, middle(std::move(accel))),
-          std::max(kUsualGyroNoise, middle(std::move(gyro)))};
+  return {middle(std::move(accel)), middle(std::move(gyro))};
 }
 
 // White noise of the samples grows with the root of the time: stretches of damage, each with the
@@ -183,7 +183,8 @@ bool ImuScreen::isNoisy() {
     if (noise_.size() > kBlocks) noise_.pop_front();
   }
   if (noise_.size() < kLeastBlocks) return false;
-  const ImuSampleNoise usual = usualNoise();
+  ImuSampleNoise usual = usualNoise();
+  usual = {std::max(kUsualAccelNoise, usual.accel), std::max(kUsualGyroNoise, usual.gyro)};
   const auto excess = [](double measured, double bound) {
     return std::sqrt(std::max(0.0, measured * measured - bound * bound));
   };
@@ -201,9 +202,18 @@ bool ImuScreen::repeatsAll() const {
                      [](const Repeats& axis) { return axis.in_row > 0; });
 }
 
+// A simulation without noise repeats all of its values when the body stands.
+bool ImuScreen::standsWithoutNoise() const {
+  if (!repeatsAll() || (!noise_.empty() && usualNoise().accel > kNoNoise)) return false;
+  const ImuSample& sample = recent_.back();
+  return std::abs(sample.accel.norm() - Calibration().gravity_magnitude) < kUsualAccelNoise &&
+         sample.gyro.norm() < kUsualGyroNoise;
+}
+
 // Values in a row that equal the one before, where the axes from `first` on, those of one sensor,
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
+  if (standsWithoutNoise()) return 0;
   const bool all = repeatsAll();
   double by_chance = 0.0;
   int longest = 0;

@@ -109,6 +109,7 @@ class ImuScreen {
   int stuckFor(std::size_t first) const;
   void takeBack(int repeats);
   bool repeatsAll() const;
+  bool standsWithoutNoise() const;
   bool isNoisy();
   ImuSampleNoise usualNoise() const;
   void widenByNoise(double begin, double end, const ImuSampleNoise& excess);
