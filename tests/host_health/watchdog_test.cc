@@ -232,6 +232,35 @@ TEST(ImuScreen, AFrozenSensorIsMissing) {
   EXPECT_TRUE(screened(samples).screen.damage().empty());
 }
 
+// A simulation without noise that lands: its values are used, and those of an IMU that freezes in
+// flight are not, nor those of a real one that hovers.
+TEST(ImuScreen, AtRestWithoutNoise) {
+  const auto used = [](double noise, double force, double rotation) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal(0.0, noise);
+    ImuScreen screen{ImuLimits()};
+    ImuSample sample;
+    int count = 0;
+    for (int i = 0; i < 2000; ++i) {
+      sample.t = 0.01 * i;
+      for (int axis = 0; axis < 3 && i < 1500; ++axis) {
+        sample.accel[axis] = std::sin((1.0 + axis) * sample.t) + normal(random);
+        sample.gyro[axis] = 0.3 * std::cos((1.0 + axis) * sample.t) + 0.1 * normal(random);
+      }
+      if (i < 1500) sample.accel.z() += 9.81;
+      if (i >= 1500) sample.accel = Eigen::Vector3d(0, 0, force);
+      if (i >= 1500) sample.gyro = Eigen::Vector3d(rotation, 0, 0);
+      count += i >= 1500 && !screen.add(sample).empty() ? 1 : 0;
+      if (i < 1500) screen.add(sample);
+    }
+    return count;
+  };
+  EXPECT_GT(used(0.0, 9.9, 0.01), 490);
+  EXPECT_LT(used(0.0, 15.0, 0.01), 10);
+  EXPECT_LT(used(0.0, 9.9, 0.5), 10);
+  EXPECT_LT(used(0.02, 9.9, 0.01), 10);
+}
+
 // At the end of its range an axis repeats its value, and the other axes do not.
 TEST(ImuScreen, ASaturatedAxisIsDamage) {
   const ExactWindow exact = flight(true);
@@ -288,6 +317,36 @@ TEST(ImuScreen, CoarseStepsAreNotSaturation) {
   }
 }
 
+// A quiet gyroscope behind a filter repeats its values where a smooth motion turns. An axis that is
+// stuck while the body moves is found all the same.
+TEST(ImuScreen, TheTurnOfASmoothMotionIsNotSaturation) {
+  constexpr double kStep = 0.00106;  // [rad/s], 16 bit of +-2000 deg/s
+  for (const auto& [rate, gain] : {std::pair(200.0, 0.47), std::pair(500.0, 0.22)}) {
+    SCOPED_TRACE(rate);
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    ImuScreen screen{ImuLimits()};
+    Eigen::Vector3d noise = Eigen::Vector3d::Zero();
+    double discarded = 0.0, held = 0.0, stuck_at = 0.0;  // [s], [s], [rad/s]
+    for (int i = 0; i < 100.0 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) {
+        noise[axis] += gain * (4.9e-5 * std::sqrt(0.5 * rate) * normal(random) - noise[axis]);
+        const double rate_of_axis = 0.3 * std::sin((2.3 - 0.5 * axis) * sample.t);
+        sample.gyro[axis] = kStep * std::round((rate_of_axis + noise[axis]) / kStep);
+        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.03 * normal(random);
+      }
+      const bool stuck = sample.t > 90.15 && sample.t < 90.35;
+      if (!stuck) stuck_at = sample.gyro.x();
+      sample.gyro.x() = stuck_at;
+      (sample.t < 90.0 ? discarded : held) += screen.add(sample).empty() ? 1.0 / rate : 0.0;
+    }
+    EXPECT_LT(discarded, 0.1);
+    EXPECT_GT(held, 0.1);
+  }
+}
+
 // Beside a stuck accelerometer a gyroscope is judged as always, and nothing is returned twice.
 TEST(ImuScreen, BesideAStuckAccelerometer) {
   const ExactWindow exact = flight(true);
@@ -340,26 +399,56 @@ TEST(ImuScreen, DamageFromOutside) {
 }
 
 // A frame that vibrates by so much, or by about so much, all the time: the samples are all there
-// is.
+// is. The usual noise is that of 5 s at any rate.
 TEST(ImuScreen, WhatGoesOnIsAVibration) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  for (const double sigma : {20.0, 11.5}) {
+  for (const auto& [rate, sigma] : {std::pair(200.0, 20.0), std::pair(200.0, 11.5),
+                                    std::pair(100.0, 10.0), std::pair(1000.0, 10.0)}) {
+    SCOPED_TRACE(testing::Message() << rate << " Hz, " << sigma << " m/s^2");
     ImuScreen screen{ImuLimits()};
-    int used_late = 0, late = 0;
-    for (int i = 0; i < 4000; ++i) {
+    double discarded = 0.0, discarded_late = 0.0;  // [s]
+    for (int i = 0; i < 20.0 * rate; ++i) {
       ImuSample sample;
-      sample.t = 0.005 * i;
-      sample.accel = Eigen::Vector3d(0, 0, 9.81);
-      if (i > 200) {
-        for (int axis = 0; axis < 3; ++axis) sample.accel[axis] += sigma * normal(random);
-      }
-      const std::size_t used = screen.add(sample).size();
-      if (i < 3000) continue;
-      ++late;
-      used_late += used > 0 ? 1 : 0;
+      sample.t = i / rate;
+      const double noise = sample.t > 6.0 ? sigma : 0.1;
+      for (int axis = 0; axis < 3; ++axis) sample.accel[axis] = noise * normal(random);
+      sample.accel.z() += 9.81;
+      if (!screen.add(sample).empty()) continue;
+      (sample.t < 15.0 ? discarded : discarded_late) += 1.0 / rate;
     }
-    EXPECT_GT(used_late, 0.98 * late) << sigma;
+    EXPECT_LT(discarded_late, 0.1);
+    EXPECT_NEAR(discarded, 2.4, 0.25);
+  }
+}
+
+// A body that begins to turn in 0.1 s, and stops, at any rate of the IMU; a sensor jumps.
+TEST(ImuScreen, AFastTurnIsAMotionAndAJumpIsNot) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto lost = [&](double rate, double ramp, double speed) {
+    ImuScreen screen{ImuLimits()};
+    double discarded = 0.0;  // [s]
+    for (int i = 0; i < 5.0 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) {
+        sample.accel[axis] = 0.1 * normal(random);
+        sample.gyro[axis] = 0.003 * normal(random);
+      }
+      sample.accel.z() += 9.81;
+      const double on = std::clamp((sample.t - 2.0) / ramp, 0.0, 1.0);
+      const double off = std::clamp((sample.t - 3.5) / ramp, 0.0, 1.0);
+      sample.gyro.z() += speed * (on - off);
+      discarded += screen.add(sample).empty() ? 1.0 / rate : 0.0;
+    }
+    return discarded;
+  };
+  for (const double rate : {100.0, 200.0, 400.0, 1000.0}) {
+    SCOPED_TRACE(rate);
+    EXPECT_EQ(lost(rate, 0.1, 10.0), 0.0);
+    EXPECT_EQ(lost(rate, 0.1, 15.0), 0.0);
+    EXPECT_NEAR(lost(rate, 1e-6, 10.0), 1.0, 0.05);
   }
 }
 
@@ -500,6 +589,50 @@ TEST(ImuPropagation, DamageFromOutsideIsHonest) {
   }
   EXPECT_GT(squares.sqrt().minCoeff(), 0.7) << squares.transpose();
   EXPECT_LT(squares.sqrt().maxCoeff(), 1.5) << squares.transpose();
+}
+
+// A body that lands within 10 ms feels more than is believed, and what is left out of it is in the
+// covariance; a sensor that invents as much as no landing has costs no more than a missing sample.
+TEST(ImuPropagation, ADiscardedShockWidens) {
+  constexpr double kTime = 5.0, kLength = 0.01;  // [s]
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 0.05);
+  const auto after = [&](double rate, double peak, double rotation) {
+    std::vector<ImuSample> samples;
+    for (int i = 0; i < 5.2 * rate; ++i) {
+      ImuSample sample;
+      sample.t = i / rate;
+      for (int axis = 0; axis < 3; ++axis) sample.accel[axis] = normal(random);
+      for (int axis = 0; axis < 3; ++axis) sample.gyro[axis] = 0.1 * normal(random);
+      const double phase = (sample.t - kTime) / kLength;
+      const bool in_shock = phase > 0.0 && phase < 1.0;
+      sample.accel.z() += 9.81 + (in_shock ? peak * std::sin(M_PI * phase) : 0.0);
+      if (in_shock) sample.gyro.x() += rotation;
+      samples.push_back(sample);
+    }
+    const Screened data = screened(samples);
+    EXPECT_FALSE(data.screen.damage().empty());
+    PropagatedState from, to;
+    from.state.t = kTime - 0.05;
+    from.state.v_w_b = Eigen::Vector3d(0, 0, -1.0);
+    std::string error;
+    EXPECT_TRUE(propagateState(from, kTime + 0.1, data.screen.samples(), data.screen.damage(),
+                               Eigen::Vector3d(0, 0, -9.81), ImuNoise(), &to, &error))
+        << error;
+    return to;
+  };
+  for (const double rate : {200.0, 400.0, 1000.0}) {
+    SCOPED_TRACE(rate);
+    // The true velocity is zero afterwards.
+    const PropagatedState landed = after(rate, 0.5 * M_PI / kLength, 0.0);
+    EXPECT_LT(std::abs(landed.state.v_w_b.z()), 2.0 * std::sqrt(landed.covariance(5, 5)));
+    EXPECT_LT(landed.velocitySigma(), 1.2);
+    EXPECT_LT(after(rate, 2000.0, 0.0).velocitySigma(), 0.1);
+    const PropagatedState turned = after(rate, 0.0, 12.0);
+    EXPECT_GT(std::sqrt(turned.covariance(0, 0)), 0.5 * 12.0 * kLength);
+    EXPECT_LT(std::sqrt(turned.covariance(0, 0)), 2.0 * 12.0 * kLength);
+    EXPECT_LT(std::sqrt(after(rate, 0.0, 500.0).covariance(0, 0)), 0.05);
+  }
 }
 
 TEST(ImuPropagation, DamageWidens) {

@@ -27,7 +27,8 @@ double stepAllowed(double step, double limit, double default_limit) {
   return step + std::max(0.0, limit - default_limit);
 }
 
-// Between neighbours; beside an accelerometer that is wrong, more says that the gyroscope is too.
+// Between neighbours: a faster turn than this a sensor invents, beside an accelerometer that is
+// wrong; rates that get to more than the step by smaller ones are a motion.
 constexpr double kMaxGyroJump = 2.0;  // [rad/s]
 constexpr std::size_t kJudged = 20;   // samples
 // A motion that stays different is a motion: after this time the samples are believed again [s].
@@ -36,10 +37,11 @@ constexpr double kLongestStep = 0.5;
 // sensor at rest becomes a vibrating one without being broken.
 constexpr double kUsualAccelNoise = 1.5;  // [m/s^2]
 constexpr double kUsualGyroNoise = 0.1;   // [rad/s]
-// Blocks of samples whose median is the usual noise: 5 s at 200 Hz, so that a vibration that begins
-// is usual after 2.5 s.
+// The newest samples once in each kNoiseStretch; their median noise is the usual one. Over 5 s, so
+// that a vibration that begins is usual after 2.5 s.
 constexpr std::size_t kBlocks = 50;
 constexpr std::size_t kLeastBlocks = 5;
+constexpr double kNoNoise = 1e-3;  // [m/s^2], half of that of the quietest sensors
 // Noise above the usual by these factors widens, and is not for the initializer.
 constexpr double kWidens = 3.0;
 constexpr double kBreaks = 5.0;
@@ -56,9 +58,13 @@ constexpr double kMedianOfThree = 2.366;
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
-// An axis that repeats alone is at rest if fewer values than these came before, or for longer [s].
-constexpr std::ptrdiff_t kFewValues = 5;
+// An axis that repeats alone is at rest if it moved by fewer of its steps before, or for longer
+// [s].
+constexpr double kFewSteps = 4.0;
 constexpr double kLongestStuck = 1.0;
+// A vehicle may have felt what is discarded if its velocity changes by no more: a hard landing
+// [m/s].
+constexpr double kHardestShock = 1.5;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
 // Share of that between samples on a bridge.
@@ -98,10 +104,9 @@ void ImuScreen::reset() {
   damage_.clear();
   left_out_.clear();
   noise_.clear();
-  in_block_ = 0;
   for (Repeats& axis : repeats_) axis.in_row = 0;  // the rates are the sensor's
   returned_ = -1e300;
-  noise_end_ = believed_since_ = -1e300;
+  noise_end_ = believed_since_ = block_end_ = -1e300;
 }
 
 void ImuScreen::insertDamage(const ImuDamage& damage) {
@@ -138,8 +143,7 @@ ImuSampleNoise ImuScreen::usualNoise() const {
     accel.push_back(block.accel);
     gyro.push_back(block.gyro);
   }
-  return {std::max(kUsualAccelNoise, middle(std::move(accel))),
-          std::max(kUsualGyroNoise, middle(std::move(gyro)))};
+  return {middle(std::move(accel)), middle(std::move(gyro))};
 }
 
 // White noise of the samples grows with the root of the time: stretches of damage, each with the
@@ -173,13 +177,14 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
 bool ImuScreen::isNoisy() {
   if (recent_.size() < kJudged || repeatsAll()) return false;
   const ImuSampleNoise noise = noiseOf(recent_);
-  if (++in_block_ >= kJudged) {
-    in_block_ = 0;
+  if (recent_.back().t >= block_end_) {
+    block_end_ = recent_.back().t + kNoiseStretch;
     noise_.push_back(noise);
     if (noise_.size() > kBlocks) noise_.pop_front();
   }
   if (noise_.size() < kLeastBlocks) return false;
-  const ImuSampleNoise usual = usualNoise();
+  ImuSampleNoise usual = usualNoise();
+  usual = {std::max(kUsualAccelNoise, usual.accel), std::max(kUsualGyroNoise, usual.gyro)};
   const auto excess = [](double measured, double bound) {
     return std::sqrt(std::max(0.0, measured * measured - bound * bound));
   };
@@ -197,15 +202,27 @@ bool ImuScreen::repeatsAll() const {
                      [](const Repeats& axis) { return axis.in_row > 0; });
 }
 
+// A simulation without noise repeats all of its values when the body stands.
+bool ImuScreen::standsWithoutNoise() const {
+  if (!repeatsAll() || (!noise_.empty() && usualNoise().accel > kNoNoise)) return false;
+  const ImuSample& sample = recent_.back();
+  return std::abs(sample.accel.norm() - Calibration().gravity_magnitude) < kUsualAccelNoise &&
+         sample.gyro.norm() < kUsualGyroNoise;
+}
+
 // Values in a row that equal the one before, where the axes from `first` on, those of one sensor,
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
+  if (standsWithoutNoise()) return 0;
   const bool all = repeatsAll();
   double by_chance = 0.0;
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
     const Repeats& repeats = repeats_[axis];
-    const bool rests = !repeats.moved || repeats.in_row * period_ > kLongestStuck;
+    // A parabola that stays within a step for a run has moved by so many in the samples before.
+    const double before = static_cast<double>(kJudged) / std::max(1, repeats.in_row);
+    const bool rests = repeats.moved < kFewSteps * std::max(1.0, before * (before + 1.0)) ||
+                       repeats.in_row * period_ > kLongestStuck;
     if (repeats.in_row < kStuckRepeats || (rests && !all)) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
@@ -229,7 +246,11 @@ void ImuScreen::countRepeats(const ImuSample& sample) {
       std::vector<double> values;
       for (const ImuSample& one : recent_) values.push_back(value(one));
       std::sort(values.begin(), values.end());
-      of_axis.moved = std::unique(values.begin(), values.end()) - values.begin() >= kFewValues;
+      double step = HUGE_VAL;
+      for (std::size_t i = 1; i < values.size(); ++i) {
+        if (values[i] > values[i - 1]) step = std::min(step, values[i] - values[i - 1]);
+      }
+      of_axis.moved = (values.back() - values.front()) / step;
     }
     of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
     if (frozen) continue;
@@ -265,10 +286,11 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   while (first != samples_.end() && first->t < believed_since_) ++first;
   const auto last = samples_.end();
   if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within && stuck == 0;
-  const bool gyro_near = (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
-                         stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
-  const bool jumps =
-      recent_.size() > 1 && (sample.gyro - recent_[recent_.size() - 2].gyro).norm() > kMaxGyroJump;
+  const ImuSample& before = recent_.size() > 1 ? recent_[recent_.size() - 2] : samples_.back();
+  const bool jumps = (sample.gyro - before.gyro).norm() > kMaxGyroJump;
+  const bool gyro_near = (!jumps && before.t == samples_.back().t) ||
+                         (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
+                             stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
   *gyro_usable = gyro_near && !jumps && stuck_gyro == 0 && !repeatsAll();
   return within && gyro_near && stuck == 0 &&
          (sample.accel - medianOf(first, last, &ImuSample::accel)).norm() <=
@@ -322,6 +344,15 @@ std::deque<ImuSample> ImuScreen::heldUntil(double t) const {
   return samples;
 }
 
+// The errors of the open damage are those of leaving out what the body may have felt.
+void ImuScreen::widenByShock(ImuDamage* open) const {
+  const double length = std::max(period_, open->last - open->first);
+  const double accel = discarded_accel_.norm() / length, gyro = discarded_gyro_.norm() / length;
+  const bool felt = accel * length < kHardestShock && gyro < limits_.max_gyro;
+  open->accel_sigma = felt ? std::max(kUnknownAccel, accel) : kUnknownAccel;
+  open->gyro_sigma = felt ? std::max(kUnknownGyro, gyro) : kUnknownGyro;
+}
+
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   if (!recent_.empty()) {
     const double step = sample.t - recent_.back().t;
@@ -340,14 +371,20 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
       damage_.push_back({});
       open = &damage_.back();
       open->open = true;
+      discarded_accel_ = discarded_gyro_ = Eigen::Vector3d::Zero();
       // Where samples are missing nothing is known.
       open->gyro_known = sample.t - recent_[recent_.size() - 2].t <= kMaxGap;
     }
     open->first = std::min(samples_.back().t, sample.t);
     open->last = sample.t;
     open->gyro_known = open->gyro_known && (usable || gyro_usable);
-    if (!usable) left_out_.push_back(sample);
+    if (!usable) {
+      left_out_.push_back(sample);
+      discarded_accel_ += period_ * (sample.accel - samples_.back().accel);
+      discarded_gyro_ += period_ * (sample.gyro - samples_.back().gyro);
+    }
     if (!open->gyro_known) left_out_.clear();
+    widenByShock(open);
   }
   if (!usable) {
     forgetOld(sample.t);
@@ -358,6 +395,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   if (open != nullptr) {
     open->open = false;
     open->last = sample.t;
+    widenByShock(open);
     open->bridged = open->last - open->first <= kBridge;
     std::vector<ImuSample> filled;
     fill(sample, *open, &filled);

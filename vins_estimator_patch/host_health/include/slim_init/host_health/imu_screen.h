@@ -54,8 +54,9 @@ double middle(std::vector<double> values);
 /// the sensor is frozen or at the end of its range, which the first four repeats do not show.
 /// Discarded samples are replaced by interpolation, in samples(). If that took at most kBridge it
 /// is bridged for use as well, with interpolated samples 0.045 s apart, or all of them if rates are
-/// known for longer. Missing samples are treated alike. A step that goes on for longer than 0.5 s
-/// is a motion. Errors that single samples do not show are left to the innovation test
+/// known for longer. Discarded samples that a landing explains widen the interval by their own
+/// size, others and missing ones by kUnknownAccel and kUnknownGyro. A step that goes on for longer
+/// than 0.5 s is a motion. Errors that single samples do not show are left to the innovation test
 /// (innovation.h), which reports them to addDamage().
 ///
 /// Noise above three times the median noise of the last 5 s is damage with the size of that noise;
@@ -108,11 +109,13 @@ class ImuScreen {
   int stuckFor(std::size_t first) const;
   void takeBack(int repeats);
   bool repeatsAll() const;
+  bool standsWithoutNoise() const;
   bool isNoisy();
   ImuSampleNoise usualNoise() const;
   void widenByNoise(double begin, double end, const ImuSampleNoise& excess);
   void insertDamage(const ImuDamage& damage);
   void forgetOld(double t);
+  void widenByShock(ImuDamage* open) const;
   void fill(const ImuSample& last, const ImuDamage& damage, std::vector<ImuSample>* filled) const;
   std::vector<ImuSample> bridge(const ImuDamage& damage, std::vector<ImuSample> filled) const;
 
@@ -120,20 +123,23 @@ class ImuScreen {
   std::deque<ImuSample> samples_;
   std::deque<ImuSample> recent_;  // as measured, good or bad
   std::deque<ImuDamage> damage_;
-  std::deque<ImuSample> left_out_;    // of the open damage, whose rates are known
-  std::deque<ImuSampleNoise> noise_;  // of blocks of samples
-  std::size_t in_block_ = 0;
+  std::deque<ImuSample> left_out_;  // of the open damage, whose rates are known
+  // Of the open damage: what its discarded samples are beyond the last usable one, integrated.
+  Eigen::Vector3d discarded_accel_ = Eigen::Vector3d::Zero();  // [m/s]
+  Eigen::Vector3d discarded_gyro_ = Eigen::Vector3d::Zero();   // [rad]
+  std::deque<ImuSampleNoise> noise_;                           // of blocks of samples
   // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
-  // whether several values came before the run.
+  // by how many of its steps it moved in the samples before the run.
   struct Repeats {
     int in_row = 0;
     double rate = 0.0;
-    bool moved = false;
+    double moved = 0.0;
   };
   std::array<Repeats, 6> repeats_{};
   std::int64_t compared_ = 0;       // samples with the one before
   double returned_ = -1e300;        // stamp of the last sample for use [s]
   double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
+  double block_end_ = -1e300;       // stamp from which a block of noise_ is due [s]
   double believed_since_ = -1e300;  // samples from before are of another motion [s]
   double period_ = 0.005;           // between samples [s]
   double newest_ = kNotComputed;    // stamp, of pass() [s]
