@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -158,6 +159,26 @@ TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
   EXPECT_TRUE(answer.frame.ok);
   EXPECT_LT(answer.frame.position_sigma, 0.5);
   EXPECT_LT(*std::max_element(waits_.begin(), waits_.end()), 240.0);
+}
+
+// What is propagated is known less well than what the host has had.
+TEST_F(BackgroundSolve, TheFirstStateOfABridgeIsWorthWhatTheImuHasLeft) {
+  feed(0, kFrames - 1);
+  const auto information = [&](int last_healthy) {
+    const HostResult bridge =
+        adapter_->bridge(stamps(kFrames - 1), statesOf(exact_, last_healthy, last_healthy));
+    EXPECT_TRUE(bridge.success()) << bridge.message;
+    const std::vector<double>& prior = bridge.window.prior;
+    constexpr int kColumns = HostWindow::kPriorColumns;
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>> root(
+        prior.data(), static_cast<Eigen::Index>(prior.size()) / kColumns, kColumns);
+    // Velocity and tilt are seen together: the direction that is known least.
+    const Eigen::MatrixXd velocity_and_biases = root.rightCols<9>();
+    return velocity_and_biases.jacobiSvd().singularValues()(8);
+  };
+  const int first = kFrames - kHostFrames;
+  EXPECT_NEAR(information(first), information(first - 1), 0.2 * information(first));
+  EXPECT_LT(information(first - 30), 0.7 * information(first));
 }
 
 TEST_F(BackgroundSolve, WhatCannotBeBridgedIsDeclined) {

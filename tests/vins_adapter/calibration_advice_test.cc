@@ -60,6 +60,19 @@ TEST(CalibrationAdvice, ACorrectCalibrationStays) {
   EXPECT_LE(said, 2);
 }
 
+// Hours without advice: only the newest windows are kept.
+TEST(CalibrationAdvice, OldWindowsAreForgotten) {
+  constexpr int kKept = CalibrationAdvice::kKept, kOld = 3 * kKept;
+  CalibrationAdvice advice;
+  std::string said;
+  for (int k = 0; k < kOld; ++k) said += advice.add(4.0 * k, estimate(0.0, k % 2 == 0 ? 30 : -30));
+  EXPECT_EQ(said, "");
+  for (int k = kOld; k <= kOld + kKept; ++k) {
+    said += advice.add(4.0 * k, estimate(0.02, 3.0));
+  }
+  EXPECT_EQ(said.find(std::to_string(kKept) + " windows agree"), 0u) << said;
+}
+
 TEST(CalibrationAdvice, AFileWithoutARotationGetsOne) {
   host_health::FileCalibration file;
   file.has_rotation = false;

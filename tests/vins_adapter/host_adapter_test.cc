@@ -236,6 +236,51 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
   EXPECT_GT(answer.frame.position_sigma, 3.0 * (last.stamp - exact_.keyframes[0].t));
 }
 
+// The flight has ended, and a start goes on from its last state: it was correct until then.
+TEST_F(HostAdapterTest, AFlightThatHasEndedWasCorrectSinceItsStart) {
+  const auto adapter = make();
+  feed(*adapter, 0, 22);
+  ASSERT_TRUE(adapter->seed(stamps(22)).success());
+  feed(*adapter, 23, 34);
+  adapter->flightEnded();
+  HostState last = healthy(26);
+  last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
+  const HostResult answer = adapter->recover(stamps(34), {last});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  const double since = last.stamp - exact_.keyframes[22].t;
+  EXPECT_GT(answer.frame.position_sigma, 3.0 * since);
+  EXPECT_LT(answer.frame.position_sigma, 5.0 * since);
+}
+
+// IMU data are kept for 10 s.
+TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
+  ExactWindowOptions options = tenHertz();
+  options.keyframes = 150;
+  const ExactWindow exact = makeExactWindow(options);
+  for (const bool lost : {false, true}) {
+    const auto adapter = make(exact.calibration);
+    std::size_t next = 0;
+    const HostState last = toHostState(exact.truth[4], 0.0);
+    for (int k = 0; k < options.keyframes; ++k) {
+      // Images may be missing for long.
+      if (k < 30 || k > 130) vins_adapter::feed(exact, exact.imu, k, k, &next, adapter.get());
+      if (lost && k == 5) adapter->lose(last);
+    }
+    const NavState& now = exact.truth.back();
+    const HostPropagation there = adapter->propagate(last, exact.keyframes.back().t);
+    EXPECT_EQ(there.ok, lost) << there.message;
+    if (!lost) continue;
+    EXPECT_LT((there.state.P - now.p_w_b).norm(), 0.5);
+    EXPECT_LT(logSO3(there.state.R.transpose() * now.R_w_b).norm(), 0.01);
+    EXPECT_GT(there.position_sigma, 5.0);
+    const HostResult answer = adapter->recover(stampsOf(exact, options.keyframes - 1), {last});
+    ASSERT_TRUE(answer.success()) << answer.message;
+    EXPECT_LT((answer.window.states.back().P - now.p_w_b).norm(), 0.5);
+    adapter->learn(toHostState(now, 0.0));
+    EXPECT_FALSE(adapter->propagate(last, exact.keyframes.back().t).ok) << "there is a newer one";
+  }
+}
+
 // In hover the host's window reaches further back than ours and the reach of the IMU: there the
 // host gets what it knew.
 TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -28,6 +29,7 @@ class AdapterInFlight : public ::testing::Test {
   void fly(const std::vector<ImuSample>& imu, int frames = kFrames) {
     HostOptions options;
     options.reinit = options.watchdog = true;
+    options.estimate_extrinsic = estimates_extrinsic_;
     options.max_wait_ms = -1.0;
     std::string error;
     adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
@@ -58,6 +60,7 @@ class AdapterInFlight : public ::testing::Test {
     return result;
   }
   ExactWindow exact_ = flight();
+  bool estimates_extrinsic_ = false;
   std::unique_ptr<HostAdapter> adapter_;
   std::size_t next_ = 0;
 };
@@ -127,6 +130,57 @@ TEST_F(AdapterInFlight, AWrongScaleIsFoundAndARightOneIsSane) {
   health = watch(states);
   EXPECT_FALSE(health.healthy);
   EXPECT_NE(health.reason, "");
+}
+
+// A turn about one axis shows no extrinsic: a host that has found it earlier knows it.
+TEST_F(AdapterInFlight, TurningAboutOneAxisAHostIsConfirmed) {
+  ExactWindowOptions options;
+  options.keyframes = 2 * kFrames;
+  options.interval_s = 0.1;
+  options.angular_rate = [](double t) {
+    return Eigen::Vector3d(0.0, 0.0, 0.3 * std::sin(1.5 * t));
+  };
+  exact_ = noisyWindow(options);
+  const Calibration right = exact_.calibration;
+  exact_.calibration.R_b_c.setIdentity();
+  exact_.calibration.sigmas.rotation_deg = 180.0;
+  exact_.calibration.sigmas.translation_m = 0.05;
+  estimates_extrinsic_ = true;
+  fly(exact_.imu, 30);
+  int confirmed = 0;
+  for (int k = 30; k < options.keyframes; ++k) {
+    feed(exact_, exact_.imu, k, k, &next_, adapter_.get());
+    const HostHealth health = adapter_->watch(window(k), right.R_b_c, right.t_b_c, true);
+    EXPECT_TRUE(health.healthy) << health.reason;
+    EXPECT_FALSE(health.calibration) << "it was given, not found";
+    confirmed += std::isnan(health.confirmed_stamp) ? 0 : 1;
+  }
+  EXPECT_GE(confirmed, 5);
+}
+
+// Rows of a rolling shutter are seen at other times than the stamp.
+TEST_F(AdapterInFlight, ARollingShutterIsNoMotionOfTheScene) {
+  ExactWindowOptions options;
+  options.keyframes = kFrames;
+  options.interval_s = 0.1;
+  options.angular_rate = [](double t) {
+    return Eigen::Vector3d(2.0 * std::sin(5.0 * t), 2.0 * std::cos(3.8 * t), std::sin(4.4 * t));
+  };
+  for (const double readout_s : {0.0, 0.033}) {
+    options.readout_s = readout_s;
+    exact_ = noisyWindow(options);
+    fly(exact_.imu, kHostFrames);
+    std::size_t moving = 0;
+    for (int k = kHostFrames; k < kFrames; ++k) {
+      feed(exact_, exact_.imu, k, k, &next_, adapter_.get());
+      const HostPreparation frame = prepare(window(k));
+      EXPECT_EQ(frame.message, "") << k;
+      moving += frame.moving.size();
+      if (k % 5 > 0) continue;
+      EXPECT_LT(watch(window(k)).reprojection_px, 2.5) << k;
+    }
+    EXPECT_LT(moving, 10u) << readout_s;
+  }
 }
 
 TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {

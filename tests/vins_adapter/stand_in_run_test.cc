@@ -8,8 +8,10 @@
 #include <std_msgs/Bool.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "evaluation/scratch_folder.h"
 #include "geometry/so3.h"
@@ -49,7 +51,13 @@ class Finder : public IInitializer {
   void reset() override { inner_->reset(); }
   InitResult initialize(const Priors& priors) override {
     known = priors.sensors;
-    InitResult result = inner_->initialize(priors);
+    InitResult result;
+    if (!priors.healthy.empty() && refuses) {
+      while (waits) std::this_thread::yield();
+      result.message = "refused";
+      return result;
+    }
+    result = inner_->initialize(priors);
     if (!result.success()) return result;
     result.calibration = found_;
     result.warnings = {"the right calibration was found"};
@@ -66,6 +74,7 @@ class Finder : public IInitializer {
   }
 
   KnownSensors known;
+  std::atomic<bool> refuses{false}, waits{false};  // solves of a recovery
 
  private:
   Calibration right_, host_;
@@ -163,6 +172,8 @@ class StandInRun : public ::testing::Test {
     e.Ps[i] = truth.p_w_b;
     e.Rs[i] = truth.R_w_b;
     e.Vs[i] = truth.v_w_b;
+    e.Bgs[i] = truth.gyro_bias;
+    e.Bas[i] = truth.accel_bias;
   }
   // So many frames from the start on, which has to come; the host tracks once it is started.
   // Returns the next one.
@@ -180,6 +191,29 @@ class StandInRun : public ::testing::Test {
     while (k < end && host().solver_flag == Estimator::INITIAL) frame(k++);
     EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
     return k;
+  }
+  // After a restart the host sees nothing until frame `seen`, and then starts. Returns where it was
+  // before, newest_ is the frame of the start.
+  Vector3d longTimeWithoutAStart(int seen) {
+    ExactWindowOptions options;
+    options.keyframes = seen + 30;
+    options.interval_s = 0.1;
+    exact_ = makeExactWindow(options);
+    start("initializer: slim\nreinit: 1\n");
+    int k = fly(30);
+    const Vector3d last = host().Ps[kNewest];
+    restart(samplesUntil(k + 1));
+    for (; k < seen; ++k) {
+      exact_.keyframes[k].points.clear();
+      exact_.keyframes[k].lines.clear();
+      frame(k);
+    }
+    EXPECT_EQ(host().solver_flag, Estimator::INITIAL);
+    newest_ = frameUntilStarted(k, options.keyframes - 1) - 1;
+    EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+    EXPECT_EQ(timesLogged("IMU data do not cover"), 0) << logText();
+    EXPECT_LT(attitudeError(newest_), 0.1);
+    return last;
   }
   // The samples that come before frame `k` and after those handed over.
   std::vector<sensor_msgs::ImuConstPtr> samplesUntil(int k) {
@@ -256,11 +290,12 @@ class StandInRun : public ::testing::Test {
     file.rig.calibration = wrong;
     file.rig.has_rotation = estimate_extrinsic != 2;
     file.keep_heading = true;
-    file.reinit = reinit;
+    file.reinit = file.watchdog = reinit;
     HostOptions options;
+    options.reinit = options.watchdog = reinit;
     options.estimate_td = estimate_td;
     options.estimate_extrinsic = estimate_extrinsic != 0;
-    options.max_wait_ms = -1.0;
+    options.max_wait_ms = max_wait_ms_;
     std::string error;
     auto finder = std::make_unique<Finder>(right, wrong);
     finder_ = finder.get();
@@ -277,8 +312,10 @@ class StandInRun : public ::testing::Test {
   const ScratchFolder folder_;
   ExactWindow exact_;
   Eigen::Matrix3d wrong_;
+  double max_wait_ms_ = -1.0;
   Finder* finder_ = nullptr;
   std::size_t next_ = 0;
+  int newest_ = 0;
 };
 
 #ifndef STAND_IN_PL_VINS  // has no td
@@ -737,6 +774,19 @@ TEST_F(StandInRun, ABagThatStartsAgainIsNoGap) {
 }
 #endif
 
+// The IMU is whole: the heading is known for longer than its samples are kept. The position is held
+// when the body may have gone no further than the IMU is incorrect.
+TEST_F(StandInRun, ALongTimeWithoutAStartKeepsTheHeading) {
+  longTimeWithoutAStart(150);
+  EXPECT_EQ(timesLogged("the position is held"), 0) << logText();
+  EXPECT_LT(positionError(newest_), 5.0);
+}
+TEST_F(StandInRun, AVeryLongTimeHoldsThePosition) {
+  const Vector3d last = longTimeWithoutAStart(400);
+  EXPECT_EQ(timesLogged("the position is held"), 1) << logText();
+  EXPECT_LT((host().Ps[0] - last).norm(), 3.0);
+}
+
 // The other side: without the samples of that second nobody knows where the body went. The world
 // does not turn all the same.
 TEST_F(StandInRun, WithoutImuDataPoseAndHeadingStay) {
@@ -754,15 +804,22 @@ TEST_F(StandInRun, WithoutImuDataPoseAndHeadingStay) {
 }
 
 TEST_F(StandInRun, TheHostsOwnStartJoinsToo) {
-  Estimator& e = start("initializer: stock\nreinit: 1\nwatchdog: 0\n");
+  Estimator& e = start("initializer: stock\nreinit: 1\nwatchdog: 1\n");
   e.stock_succeeds = true;
   int k = fly(30);
   EXPECT_EQ(timesLogged("the odometry frame"), 0);
   restart(samplesUntil(k + 4));
-  k = frameUntilStarted(k + 5, 59);
-  // The stand-in's own start leaves all positions at zero: they are where its first frame is.
-  EXPECT_LT((e.Ps[0] - exact_.truth[k - 1 - kNewest].p_w_b).norm(), 0.1) << logText();
+  for (k += 5; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) {
+    track(k);
+    for (Vector3d& position : e.Ps) position.x() += 20.0;  // its own world
+    exact_.keyframes[k].points.clear();                    // the watchdog finds nothing
+    frame(k);
+  }
+  EXPECT_LT((e.Ps[0] - exact_.truth[k - 1 - kNewest].p_w_b).norm(), 0.2) << logText();
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+  e.slim_init_glue.optimized(
+      e, [] { return false; }, [] {});
+  expectParts(ros::published()["slim_init/health"].back(), ",suspect,|,\"\"");
 }
 
 TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
@@ -915,6 +972,30 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   request(true);
   frame(k);
   EXPECT_EQ(e.resets, resets + 1) << logText();
+}
+
+// The last healthy states fill the window while the solve runs: a request is not served by that.
+TEST_F(StandInRun, ARequestOutlastsASolveThatRuns) {
+  max_wait_ms_ = 300.0;
+  int k = startWithFinder(0.0, 0.0, false, 0, true) + 1;
+  const auto fail = [&] {
+    track(k);
+    host().Vs[kNewest] += Vector3d(3, 0, 0);
+    frame(k++);
+    return host().resets;
+  };
+  for (const int end = k + 20; k < end; ++k) {
+    track(k);
+    frame(k);
+  }
+  const int resets = host().resets;
+  finder_->refuses = finder_->waits = true;
+  EXPECT_EQ(fail(), resets);
+  EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent"), 1) << logText();
+  request(true);
+  EXPECT_EQ(fail(), resets) << logText();
+  finder_->waits = false;
+  EXPECT_EQ(fail(), resets + 1) << logText();
 }
 
 // Nothing of the flight before speaks of the next one: times, a request, how well the frame is

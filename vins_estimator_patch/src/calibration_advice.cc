@@ -26,6 +26,7 @@ std::string CalibrationAdvice::add(double stamp, const OptionalCalibration& foun
   window.error << logOf(old.R_b_c.transpose() * found->R_b_c), found->t_b_c - old.t_b_c,
       found->td - old.td, found->readout_s - old.readout_s;
   windows_.push_back(window);
+  if (windows_.size() > kKept) windows_.pop_front();
   if (static_cast<int>(windows_.size()) < kWindows) return "";
   const std::string lines = host_health::calibrationLines(file_, mean());
   // Later windows may know better.

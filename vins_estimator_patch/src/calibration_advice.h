@@ -4,8 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <deque>
 #include <string>
-#include <vector>
 
 #include "slim_init/host_health/calibration_lines.h"
 #include "slim_init/result.h"
@@ -17,8 +18,9 @@ namespace slim_init::vins_adapter {
 /// to window. Not thread-safe.
 class CalibrationAdvice {
  public:
-  static constexpr int kWindows = 8;       ///< fewer say nothing: 25 s of flight
-  static constexpr double kApart_s = 3.5;  ///< between their newest frames: longer than a window
+  static constexpr int kWindows = 8;        ///< fewer say nothing: 25 s of flight
+  static constexpr std::size_t kKept = 64;  ///< the newest
+  static constexpr double kApart_s = 3.5;   ///< between their newest frames: longer than a window
 
   explicit CalibrationAdvice(
       const host_health::FileCalibration& file = host_health::FileCalibration())
@@ -38,7 +40,7 @@ class CalibrationAdvice {
   CalibrationEstimate mean() const;
 
   host_health::FileCalibration file_;
-  std::vector<Window> windows_;
+  std::deque<Window> windows_;
   double newest_ = kNotComputed;  // [s]
   bool given_ = false;
 };

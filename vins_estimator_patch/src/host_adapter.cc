@@ -32,6 +32,10 @@ namespace {
 // [s]; but those of the host's window never: at rest it keeps frames of any age.
 constexpr double kStampsKept = 20.0;
 constexpr double kFramesKept = 5.0;
+// The lost state follows the newest sample so far behind, in steps [s]: before a window and what it
+// reaches back (max_reach_s), and young enough for the samples that are kept.
+constexpr double kLostBehind = 6.0;
+constexpr double kLostStep = 1.0;
 // A host that seems healthy is compared with a solved window so often [s].
 constexpr double kCheckEvery = 1.0;
 // One that has to be confirmed [s].
@@ -166,13 +170,14 @@ struct HostAdapter::State {
     screen.reset();
     last_check = -std::numeric_limits<double>::infinity();
     endFlight();
+    last_agreed = kNotComputed;
+    lost.reset();
     flown = OptionalCalibration();
   }
   void endFlight() {
     worker.discard();
     in_window.clear();
     moving.clear();
-    last_agreed = kNotComputed;
     expectOtherStates();
   }
   // What the tests have remembered of the host's states is not of those that it has now.
@@ -191,8 +196,17 @@ struct HostAdapter::State {
     calibration.t_b_c = tic;
     return calibration;
   }
+  // What the host has estimated in flight, or an answer has found.
+  OptionalCalibration knownCalibration() const {
+    return flown ? flown : memory.learned().known.calibration;
+  }
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
                    bool wants_evidence, Lock* lock);
+  void noteWindow(const std::vector<HostState>& window) {
+    in_window = stampsOf(window);
+    if (!window.empty() && window.back().Bg.allFinite()) gyro_bias = window.back().Bg;
+  }
+  void compensateRows(const Calibration& calibration, FrameObservation* frame) const;
   void removeMoving(FrameObservation* frame) const {
     const auto moves = [this](const PointObservation& point) { return moving.count(point.id) > 0; };
     std::vector<PointObservation>& points = frame->points;
@@ -209,6 +223,9 @@ struct HostAdapter::State {
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   PropagatedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
+  bool reaches(double t) const {
+    return !screen.samples().empty() && screen.samples().front().t <= t;
+  }
   // By the IMU. False, and a reason, where the data do not reach.
   bool carry(const PropagatedState& from, double t, const std::deque<ImuSample>& samples,
              PropagatedState* to, std::string* problem) const {
@@ -216,6 +233,12 @@ struct HostAdapter::State {
     return propagateState(from, t, samples, screen.damage(),
                           Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
                           calibration.imu_noise, to, problem);
+  }
+  void carryLost(double until) {
+    std::string problem;
+    if (lost && until - lost->state.t > kLostStep) {
+      carry(*lost, until, screen.samples(), &*lost, &problem);
+    }
   }
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
@@ -249,17 +272,23 @@ struct HostAdapter::State {
   ImuScreen screen{ImuLimits()};
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
   std::vector<double> in_window;        // stamps of the host's last window, ascending [s]
-  double newest_image = kNotComputed;   // stamp, of those that the host has received [s]
-  std::map<double, double> gaps;        // in these, longer than kLongestUnjudged: begin and end
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // of its newest frame [rad/s]
+  double newest_image = kNotComputed;  // stamp, of those that the host has received [s]
+  std::map<double, double> gaps;       // in these, longer than kLongestUnjudged: begin and end
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
   double last_agreed = kNotComputed;  // of a solve with the host: its stamp [s]
   int contradictions = 0;             // solved windows in a row that speak against the host
   int suspect_frames = 0;
+  bool check_refused = false;  // the last solve that the host was to be compared with
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
   std::set<FeatureId> moving;  // tracks of the newest frame, as prepare() found them
   // The last state that the images have vouched for, carried, while the IMU alone carries the host.
   std::optional<PropagatedState> alone;
+  // The host's last healthy state before a failure, of that stamp [s], carried: the IMU data of its
+  // own time are not kept.
+  std::optional<PropagatedState> lost;
+  double lost_stamp = kNotComputed;
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;            // extrinsics that the host has estimated in flight
   double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
@@ -279,6 +308,7 @@ std::vector<NavState> HostAdapter::State::statesOf(const std::vector<HostState>&
 }
 
 PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const {
+  if (lost && state.stamp == lost_stamp && !reaches(hostTime(state.stamp))) return *lost;
   PropagatedState healthy;
   healthy.state = fromHostState(state, initializer->info().calibration.td);
   healthy.state.t = hostTime(state.stamp);
@@ -286,12 +316,34 @@ PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const
   return healthy;
 }
 
+// Watchdog and innovation test know no rows: bearings are turned from the exposure of their row to
+// the stamp by the present rate, as withRowsCompensated() of the core turns those of a window.
+void HostAdapter::State::compensateRows(const Calibration& calibration,
+                                        FrameObservation* frame) const {
+  const std::vector<ImuSample> samples =
+      samplesBetween(screen.heldUntil(frame->t), frame->t - calibration.readout_s, frame->t);
+  if (samples.empty()) return;
+  const OptionalCalibration known = knownCalibration();
+  const Eigen::Matrix3d& R_b_c = known ? known->R_b_c : calibration.R_b_c;
+  // The samples of the later rows are yet to come.
+  const Eigen::Vector3d turn =
+      calibration.readout_s * R_b_c.transpose() * (samples.back().gyro - gyro_bias);
+  for (PointObservation& point : frame->points) {
+    point.bearing = expOf(point.row * turn) * point.bearing;
+  }
+}
+
 // Compares with a window that is solved without the host's states, which would not be independent
-// of them, nor of their biases.
+// of them, nor of their biases. If such a window has had no answer, which may be for an extrinsic
+// that its motion does not show, the next one is given the calibration, and finds none of its own.
 void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp, bool urgent,
                                            bool wants_evidence, Lock* lock, HostHealth* health) {
-  const SolveWorker::Solve solve = [initializer = initializer.get()] {
-    return initializer->initialize();
+  Priors priors;
+  if (check_refused) priors.sensors.calibration = knownCalibration();
+  const SolveWorker::Solve solve = [initializer = initializer.get(), priors] {
+    InitResult result = initializer->initialize(priors);
+    if (priors.sensors.calibration) result.calibration = OptionalCalibration();
+    return result;
   };
   const double every = wants_evidence ? kEvidenceEvery : kCheckEvery;
   const bool due = urgent || contradictions > 0 || !(stamp - last_check < every);
@@ -314,6 +366,7 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
   if (!solved.has_value()) return;
   last_check = solved->stamp;
   health->calibration = solved->result.calibration;
+  check_refused = !solved->result.success();
   std::vector<NavState> at;
   if (!solved->result.success() || solved->result.states.empty() ||
       !initializer->statesAt(solved->result, {newest.t}, options.max_reach_s, &at, nullptr) ||
@@ -565,6 +618,7 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
     return decline(status, problem);
   }
   if (healthy != nullptr) answer.frame = continuationOf(healthy->back(), answer.result);
+  if (healthy == nullptr) last_agreed = solved->stamp;
   expectOtherStates();
   memory.learn(answer.result.calibration);
   return answer;
@@ -760,6 +814,7 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
+  state.carryLost(t - kLostBehind);
   return state.screen.pass(sample, [&state](const ImuSample& one) {
     return state.noteRestart(state.initializer->addImu(one));
   });
@@ -772,8 +827,9 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   FrameObservation copy;
   copy.t = calibration.imuTime(stamp);
   const bool keeps = state_->options.watchdog || state_->options.reinit;
-  if (keeps) copy.points = frame.points;
   if (state_->options.image_height > 0) setRows(state_->options.image_height, &frame);
+  if (keeps) copy.points = frame.points;
+  if (keeps && calibration.readout_s > 0.0) state_->compensateRows(calibration, &copy);
   // As found at the frame before: a solve would follow it.
   state_->removeMoving(&frame);
   state_->moving.clear();
@@ -835,7 +891,7 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
   answer.stamp = stamps.back();
   const std::deque<ImuSample> samples = state.screen.heldUntil(state.hostTime(stamps.back()));
   std::vector<NavState> window;
-  PropagatedState propagated;
+  PropagatedState first, propagated;
   auto next = healthy.begin();
   for (const double stamp : stamps) {
     for (; next != healthy.end() && next->stamp <= stamp + kSameFrame; ++next) {
@@ -847,6 +903,7 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
     }
     const double t = state.hostTime(stamp);
     if (!state.carry(propagated, t, samples, &propagated, &answer.message)) return answer;
+    if (window.empty()) first = propagated;
     window.push_back(propagated.state);
     window.back().t = t;
   }
@@ -858,8 +915,7 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
   if (!state.toWindow(window, stamps, HostOrigin::kKeep, &answer.window, &answer.message)) {
     return answer;
   }
-  answer.window.prior =
-      firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
+  answer.window.prior = firstStatePrior(first, answer.window.states.front());
   answer.result.status = InitStatus::kTimeLimit;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
   return answer;
@@ -868,13 +924,20 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
 void HostAdapter::learn(const HostState& healthy) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   State& state = *state_;
-  OptionalCalibration calibration =
-      state.flown ? state.flown : state.memory.learned().known.calibration;
+  OptionalCalibration calibration = state.knownCalibration();
   if (calibration && state.options.estimate_td) {
     calibration->td = state.initializer->info().calibration.td;
     calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
   }
   state.memory.learn(healthy, calibration);
+  state.lost.reset();
+}
+
+void HostAdapter::lose(const HostState& healthy) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (state_->lost && state_->lost_stamp == healthy.stamp) return;
+  state_->lost = state_->healthyStateOf(healthy);
+  state_->lost_stamp = healthy.stamp;
 }
 
 void HostAdapter::flightEnded() {
@@ -894,7 +957,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   State& state = *state_;
   const Calibration calibration = state.calibrationWith(ric, tic);
   HostPreparation out;
-  state.in_window = stampsOf(window);
+  state.noteWindow(window);
   const std::vector<double>& stamps = state.in_window;
   if (window.size() < 2 || !checkStamps(stamps).empty()) return out;
   out.newest = window.back();
@@ -955,7 +1018,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
 HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                               const Eigen::Vector3d& tic, bool wants_evidence) {
   State::Lock lock(state_->mutex);
-  state_->in_window = stampsOf(window);
+  state_->noteWindow(window);
   HostHealth health =
       state_->judge(window, state_->calibrationWith(ric, tic), wants_evidence, &lock);
   if (state_->options.estimate_extrinsic && health.healthy && !health.suspect) {

@@ -175,21 +175,41 @@ struct HostGlue::State {
     file.keep_heading = keys.keep_heading;
   }
 
+  // How far the body may be from where it was [m].
+  double heldSigma(double stamp) const {
+    return std::max(stamp - lost.stamp, 0.0) * std::max(lost.V.norm(), kUnknownSpeed);
+  }
+  // Where the IMU says less of the position.
+  void holdPosition(double stamp, HostPropagation* propagated) const {
+    if (!(propagated->position_sigma > heldSigma(stamp))) return;
+    propagated->state.P = lost.P;
+    propagated->position_sigma = heldSigma(stamp);
+    propagated->message += roundedText(3, "; the position is held, standard deviation ",
+                                       propagated->position_sigma, " m");
+  }
   // The state before the failure or reset, in the odometry frame, at a stamp after it. Without IMU
   // data it stays where it was: a new origin would turn the world of whoever uses the odometry.
   HostPropagation continued(double stamp) const {
     HostPropagation propagated = adapter->propagate(lost, stamp);
-    if (propagated.ok && propagated.yaw_sigma_deg <= kMostTurned) return propagated;
+    if (propagated.ok && propagated.yaw_sigma_deg <= kMostTurned) {
+      holdPosition(stamp, &propagated);
+      return propagated;
+    }
     propagated.ok = false;
     const double age = std::max(stamp - lost.stamp, 0.0);
     propagated.state = lost;
     propagated.state.stamp = stamp;
-    propagated.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
+    propagated.position_sigma = heldSigma(stamp);
     propagated.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
     propagated.message = roundedText(
         3, "IMU data do not cover ", age, " s: position and heading are held, standard deviation ",
         propagated.position_sigma, " m and ", propagated.yaw_sigma_deg, " deg of yaw");
     return propagated;
+  }
+  void lose(const HostState& last) {
+    lost = last;
+    is_lost = true;
+    adapter->lose(last);
   }
   bool continues(double stamp) const { return is_lost && file.reinit && stamp >= lost.stamp; }
 
@@ -465,12 +485,17 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
     window->intervals = state.adapter->imuIntervals(stamps);
-    if (join && !propagated.ok) moveWindow(propagated.state, window);
+    if (join && propagated.ok) {
+      propagated = answer.frame;
+      propagated.state = window->states.front();
+      state.holdPosition(stamps.front(), &propagated);
+    }
+    if (join) moveWindow(propagated.state, window);
     state.reportStart(answer);
     state.monitor.reset();
     if (join) {
       state.monitor.doubt(stamps.back());
-      state.continueFrame(stamps.back(), propagated.ok ? answer.frame : propagated);
+      state.continueFrame(stamps.back(), propagated);
     } else {
       state.beginFrame(stamps.back());
     }
@@ -500,10 +525,7 @@ bool HostGlue::solveRecovery(const std::vector<HostState>& frames, bool failed,
   }
   failed = failed || state.monitor.status() == FlightStatus::kWrong;
   const HostState last = state.healthyBefore(stamps.back(), failed);
-  if (failed) {
-    state.lost = last;
-    state.is_lost = true;
-  }
+  if (failed) state.lose(last);
   const std::vector<HostState> healthy = state.healthyUntil(last);
   const HostResult answer = state.adapter->recover(stamps, healthy);
   if (answer.pending) {
@@ -605,8 +627,7 @@ void HostGlue::hostCleared() {
   state.rides = false;
   if (!state.is_lost && !state.healthy.empty()) {
     // A tracker's restart finds the host in good health; after a refused request nobody knows.
-    state.lost = state.healthyBefore(state.healthy.back().stamp, suspect);
-    state.is_lost = true;
+    state.lose(state.healthyBefore(state.healthy.back().stamp, suspect));
   }
   state.healthy.clear();
 }
@@ -661,6 +682,7 @@ bool HostGlue::takeStock(bool tried, bool result, HostWindow* window) {
   const double first = window->states.front().stamp;
   if (state.file.mode == HostMode::kStock && result && state.continues(first)) {
     const HostPropagation propagated = state.continued(first);
+    state.monitor.doubt(window->states.back().stamp);
     state.continueFrame(first, propagated);
     moveWindow(propagated.state, window);
     return true;

@@ -157,6 +157,11 @@ class HostAdapter {
   /// without.
   void learn(const HostState& healthy);
 
+  /// The last healthy state before a failure. Until learn() has another, it is propagated as
+  /// the IMU data arrive: propagate(), recover() and bridge() go on from it when those of its time
+  /// are no longer buffered.
+  void lose(const HostState& healthy);
+
   /// The host has thrown its states away: what watch() and prepare() remember of them, and a solve
   /// at work for them, is dropped. The streams and what is known of the sensors stay.
   void flightEnded();

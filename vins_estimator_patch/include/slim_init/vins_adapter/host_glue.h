@@ -310,7 +310,10 @@ class HostGlue {
       e.last_P = e.Ps[newest];
       e.last_R = e.Rs[newest];
     }
-    return takeRequest() && !recoverWindow(e, false) && resetsAfterRefusal();
+    if (!takeRequest()) return false;
+    // Also if the last healthy states fill the window while the solve runs.
+    const bool filled = recoverWindow(e, false);
+    return resetsAfterRefusal() && !filled;
   }
 
   /// The adapter seeds the host, in place of the host's own initialization. If not, the host's own
