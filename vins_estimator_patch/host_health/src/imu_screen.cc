@@ -27,8 +27,8 @@ double stepAllowed(double step, double limit, double default_limit) {
   return step + std::max(0.0, limit - default_limit);
 }
 
-// Between neighbours: a faster turn than this a sensor invents, beside an accelerometer that is
-// wrong; rates that get to more than the step by smaller ones are a motion.
+// Between neighbours: rates that get beyond the step by smaller jumps are a motion; beside an
+// accelerometer that is wrong, more says that the gyroscope is too.
 constexpr double kMaxGyroJump = 2.0;  // [rad/s]
 constexpr std::size_t kJudged = 20;   // samples
 // A motion that stays different is a motion: after this time the samples are believed again [s].
@@ -37,8 +37,7 @@ constexpr double kLongestStep = 0.5;
 // sensor at rest becomes a vibrating one without being broken.
 constexpr double kUsualAccelNoise = 1.5;  // [m/s^2]
 constexpr double kUsualGyroNoise = 0.1;   // [rad/s]
-// The newest samples once in each kNoiseStretch; their median noise is the usual one. Over 5 s, so
-// that a vibration that begins is usual after 2.5 s.
+// Once in each kNoiseStretch, 5 s in all: a vibration that begins is usual after 2.5 s.
 constexpr std::size_t kBlocks = 50;
 constexpr std::size_t kLeastBlocks = 5;
 constexpr double kNoNoise = 1e-3;  // [m/s^2], half of that of the quietest sensors
@@ -58,12 +57,10 @@ constexpr double kMedianOfThree = 2.366;
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
-// An axis that repeats alone is at rest if it moved by fewer of its steps before, or for longer
-// [s].
+// An axis that repeats alone is at rest if it moved by fewer steps before, or for longer [s].
 constexpr double kFewSteps = 4.0;
 constexpr double kLongestStuck = 1.0;
-// A vehicle may have felt what is discarded if its velocity changes by no more: a hard landing
-// [m/s].
+// A vehicle may have felt what changes its velocity by no more: a hard landing [m/s].
 constexpr double kHardestShock = 1.5;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
@@ -214,7 +211,6 @@ bool ImuScreen::standsWithoutNoise() const {
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
   if (standsWithoutNoise()) return 0;
-  const bool all = repeatsAll();
   double by_chance = 0.0;
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
@@ -223,7 +219,7 @@ int ImuScreen::stuckFor(std::size_t first) const {
     const double before = static_cast<double>(kJudged) / std::max(1, repeats.in_row);
     const bool rests = repeats.moved < kFewSteps * std::max(1.0, before * (before + 1.0)) ||
                        repeats.in_row * period_ > kLongestStuck;
-    if (repeats.in_row < kStuckRepeats || (rests && !all)) continue;
+    if (repeats.in_row < kStuckRepeats || (rests && !repeatsAll())) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
   }
