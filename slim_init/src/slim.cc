@@ -205,6 +205,8 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
     if (appendCalibrationWarnings(given, found, &result_) && !full) {
       bounds_.min_inlier_fraction = std::max(bounds_.min_inlier_fraction, kMostInliers);
     }
+  }
+  if (plain_ && !(given.imu_biases.accel_sigma < options_.inertial.accel_bias_prior)) {
     appendBiasWarning(options_.inertial, &result_);
   }
   if (!in_flight_) appendGates(calibrationGates(given, found, bounds_), &result_);
