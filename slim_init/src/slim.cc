@@ -113,9 +113,13 @@ InitResult Solve::run() {
   enforceGates(options_.gates.mode, &result_);
   decide(false, &result_);
   nameSuccess(metric);
-  keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
+  if (state_ == nullptr) {
+    keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
+  }
   clock.lap("verdict");
-  if (result_.success() && !result_.hasEstimate()) failWithoutEstimate(translation);
+  if (!result_.hasEstimate() && (result_.success() || state_ != nullptr)) {
+    failWithoutEstimate(translation);
+  }
   failAtLimit(&budget_, &result_);
   return result_;
 }
@@ -241,7 +245,11 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
 ProvisionalOptions Solve::newestBounds(bool full) const {
   ProvisionalOptions bounds = options_.provisional;
   if (provisional_) return bounds;
-  bounds.max_tilt_sigma_deg = full && !in_flight_ ? HUGE_VAL : kTiltSigmaDeg;
+  // A bias that may be larger tilts gravity by as much.
+  const double known_worse =
+      options_.inertial.accel_bias_prior / InertialOptions().accel_bias_prior;
+  bounds.max_tilt_sigma_deg =
+      full && !in_flight_ ? HUGE_VAL : kTiltSigmaDeg * std::max(1.0, known_worse);
   bounds.max_velocity_sigma = kVelocitySigma + kVelocityShare * result_.states.back().v_w_b.norm();
   bounds.max_scale_sigma = HUGE_VAL;
   return bounds;

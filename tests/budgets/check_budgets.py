@@ -27,8 +27,8 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 13430, 10500),
-    "surrounding_lines": ("lines outside core and tests", 36788, 26000),
+    "core_lines": ("lines of slim_init/src and public headers", 13440, 10500),
+    "surrounding_lines": ("lines outside core and tests", 36794, 26000),
     "test_lines": ("lines of tests", 42731, 26000),
     "core_numbers": ("named constants and option fields of the core", 249, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 0, 0),

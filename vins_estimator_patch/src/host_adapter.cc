@@ -178,6 +178,7 @@ struct HostAdapter::State {
     worker.discard();
     in_window.clear();
     moving.clear();
+    check_refused = false;
     expectOtherStates();
   }
   // What the tests have remembered of the host's states is not of those that it has now.
@@ -325,9 +326,10 @@ void HostAdapter::State::compensateRows(const Calibration& calibration,
   if (samples.empty()) return;
   const OptionalCalibration known = knownCalibration();
   const Eigen::Matrix3d& R_b_c = known ? known->R_b_c : calibration.R_b_c;
-  // The samples of the later rows are yet to come.
-  const Eigen::Vector3d turn =
-      calibration.readout_s * R_b_c.transpose() * (samples.back().gyro - gyro_bias);
+  // The samples of the later rows are yet to come; the mean of those before has less noise.
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : samples) rate += sample.gyro / samples.size();
+  const Eigen::Vector3d turn = calibration.readout_s * R_b_c.transpose() * (rate - gyro_bias);
   for (PointObservation& point : frame->points) {
     point.bearing = expOf(point.row * turn) * point.bearing;
   }
@@ -902,6 +904,10 @@ HostResult HostAdapter::bridge(const std::vector<double>& stamps,
       return answer;
     }
     const double t = state.hostTime(stamp);
+    if (propagated.state.t > t + kSameFrame) {
+      answer.message = "a frame of the host's window is older than its propagated state";
+      return answer;
+    }
     if (!state.carry(propagated, t, samples, &propagated, &answer.message)) return answer;
     if (window.empty()) first = propagated;
     window.push_back(propagated.state);

@@ -72,7 +72,7 @@ enum class GateName {
   kOtherScale,  ///< cost of another scale
   kScaleSigma,
   kVelocitySigma,  ///< of the newest keyframe (provisional estimates)
-  kTiltSigma,      ///< the same
+  kTiltSigma,      ///< the same, of all estimates
   kAgreement,      ///< with earlier estimates (ConsistencyCheck)
   kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };

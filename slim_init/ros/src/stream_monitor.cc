@@ -69,8 +69,8 @@ DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
     std::int64_t dropped = s.malformed + s.lost;
     for (int i = 0; i < MessageCounts::kStatuses; ++i) {
       const auto reason = static_cast<AddStatus>(i);
+      if (!isDropped(reason)) continue;
       const std::int64_t count = (counts.*s.counts)[reason];
-      if (!isDropped(reason) || count == 0) continue;
       addValue(s.name + " discarded: " + toString(reason), count, &status);
       dropped += count;
     }

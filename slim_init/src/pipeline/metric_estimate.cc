@@ -95,7 +95,9 @@ std::string dropContradicted(const InitWindow& tracks, StateFactor* known, Metri
   J.middleRows<kStateColumns - 3>(at.gyroBias() - StateLayout::kGauge) =
       rows.J.rightCols<kStateColumns - 3>().transpose();
   Eigen::MatrixXd posterior;
-  if (!inverseSeenBy(out->refined.information, J, &posterior)) return "";
+  out->posterior.valid =
+      inverseSeenBy(out->refined.information, J, &posterior) && posterior.allFinite();
+  if (!out->posterior.valid) return "";
   const StateTest test = testState(rows.r, known->covariance, posterior);
   if (!test.contradicts()) return "";
   const StatePart part = worstPart(test);

@@ -53,12 +53,12 @@ std::size_t lastUntil(double t, const std::vector<NavState>& states) {
 }
 
 // Whether its covariance says how far the estimate may be off: it was accepted, or refused only
-// because the motion leaves its scale uncertain.
+// because the motion leaves its scale or attitude uncertain.
 bool hasCovarianceOfItsErrors(const InitResult& result) {
   if (!result.hasEstimate() || result.covariance.size() == 0) return false;
   return std::all_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
     return gate.passed || !gate.enforced || gate.name == GateName::kScaleSigma ||
-           gate.name == GateName::kExcitation;
+           gate.name == GateName::kTiltSigma || gate.name == GateName::kExcitation;
   });
 }
 
