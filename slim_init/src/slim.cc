@@ -36,7 +36,7 @@ class Solve {
       : given_(window),
         options_(options),
         budget_(*budget),
-        state_(request.first_state ? &*request.first_state : nullptr),
+        state_(request.first_state),
         in_flight_(state_ != nullptr && !state_->at_rest),
         provisional_(request.provisional && state_ == nullptr),
         plain_(state_ == nullptr && !provisional_) {}

@@ -76,11 +76,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InitResult result;
   slim_init::WorkBudget budget(options.limits);
   if (question == 1) {
-    result = solver->solve(*window, {std::nullopt, true}, &budget);
+    result = solver->solve(*window, {nullptr, true}, &budget);
   } else if (question == 2) {
     slim_init::NavState first = slim_init::fuzz::flight().truth.front();
     first.t = window->times().front();
-    result = solver->solve(*window, {slim_init::fuzz::prior(first, &bytes)}, &budget);
+    const slim_init::StatePrior state = slim_init::fuzz::prior(first, &bytes);
+    result = solver->solve(*window, {&state}, &budget);
   } else {
     result = solver->solve(*window);
   }

@@ -41,7 +41,7 @@ InitializerOptions solverOptions() {
 
 InitResult solve(const ExactWindow& exact, const InitializerOptions& options) {
   WorkBudget budget = unlimitedBudget();
-  return slimSolver(options)->solve(*exact.window, {std::nullopt, true}, &budget);
+  return slimSolver(options)->solve(*exact.window, {nullptr, true}, &budget);
 }
 
 const GateValue* gateOf(const InitResult& result, GateName name) {
@@ -220,7 +220,7 @@ TEST(Provisional, SaysWhyThereIsNone) {
   const InitResult answer = solve(makeExactWindow(options), solverOptions());
   EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
   const InitResult none =
-      PlainMethod().solve(*makeExactWindow(shortWindowOptions(1, 7)).window, {std::nullopt, true});
+      PlainMethod().solve(*makeExactWindow(shortWindowOptions(1, 7)).window, {nullptr, true});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional estimates");
 }

@@ -91,7 +91,7 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
 InitResult solve(const ExactWindow& exact, const StatePrior& prior,
                  const InitializerOptions& options = dataSheetOptions()) {
   WorkBudget budget = unlimitedBudget();
-  InitResult result = slimSolver(options)->solve(*exact.window, {prior}, &budget);
+  InitResult result = slimSolver(options)->solve(*exact.window, {&prior}, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
 }
@@ -463,7 +463,8 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
 
 TEST(Recovery, AMethodWithoutItSaysSo) {
   const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kExcited, 8));
-  const InitResult none = PlainMethod().solve(*exact.window, {priorOf(exact.truth.front(), 1)});
+  const StatePrior state = priorOf(exact.truth.front(), 1);
+  const InitResult none = PlainMethod().solve(*exact.window, {&state});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other cannot use a prior");
 }

@@ -336,7 +336,8 @@ InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
   if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {
     return refuse(InitStatus::kInvalidInput, gap);
   }
-  return checked(solver_.solve(*cut.window, {carried(prior, first)}, &budget_));
+  const StatePrior state = carried(prior, first);
+  return checked(solver_.solve(*cut.window, {&state}, &budget_));
 }
 
 // Where the IMU data cannot carry a state over this time, why; or "".
