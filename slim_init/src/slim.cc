@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "data/derived_window.h"
@@ -42,6 +43,8 @@ class Solve {
         plain_(state_ == nullptr && !provisional_) {}
 
   InitResult run();
+  /// Whether the data contradict the biases known before (Calibration::imu_biases).
+  bool contradictsBiases() const { return contradicts_biases_; }
 
  private:
   std::shared_ptr<const InitWindow> windowToSolve();
@@ -62,6 +65,7 @@ class Solve {
   const bool in_flight_, provisional_, plain_;
   GateOptions bounds_;
   InitResult result_;
+  bool contradicts_biases_ = false;
 };
 
 InitResult Solve::run() {
@@ -231,12 +235,7 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
                   : posteriorGates(measures, motion, bounds_, newestBounds(full)),
               &result_);
   result_.prior_dropped = metric.contradicted;
-  if (metric.contradicts_biases) {
-    const ImuBiases& known = given.imu_biases;
-    result_.warnings.push_back(roundedText(
-        3, "the prior biases, gyroscope (", known.gyro.transpose(), ") rad/s and accelerometer (",
-        known.accel.transpose(), ") m/s^2, contradict the data and are not used"));
-  }
+  contradicts_biases_ = metric.contradicts_biases;
   if (state_ != nullptr) moveToWorldOf(*state_, metric.known_residual, &result_);
 }
 
@@ -317,10 +316,42 @@ class Slim : public WindowSolver {
   InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
                          WorkBudget* budget) const override {
     WorkBudget own(options_.limits);
-    return Solve(window, request, options_, budget == nullptr ? &own : budget).run();
+    WorkBudget* const shared = budget == nullptr ? &own : budget;
+    Solve solve(window, request, options_, shared);
+    InitResult result = solve.run();
+    const bool fits = result.status != InitStatus::kInconsistentResiduals;
+    if (request.first_state != nullptr || !knowsBiases(window.calibration().imu_biases) ||
+        (fits && !solve.contradictsBiases())) {
+      return result;
+    }
+    if (!shared->allows("the solve without the biases known from before")) {
+      failAtLimit(shared, &result);
+      return result;
+    }
+    return withoutKnownBiases(window, request, solve.contradictsBiases(), shared);
   }
 
  private:
+  bool knowsBiases(const ImuBiases& known) const {
+    return known.gyro_sigma < options_.inertial.gyro_bias_prior ||
+           known.accel_sigma < options_.inertial.accel_bias_prior;
+  }
+
+  // As if they were not known. `contradicted`: by the data; else nothing has fitted them.
+  InitResult withoutKnownBiases(const InitWindow& window, const SolveRequest& request,
+                                bool contradicted, WorkBudget* budget) const {
+    Calibration calibration = window.calibration();
+    const ImuBiases known = std::exchange(calibration.imu_biases, ImuBiases());
+    InitResult result =
+        Solve(*withCalibration(window, calibration), request, options_, budget).run();
+    if (contradicted || result.success()) {
+      result.warnings.push_back(roundedText(
+          3, "the prior biases, gyroscope (", known.gyro.transpose(), ") rad/s and accelerometer (",
+          known.accel.transpose(), ") m/s^2, contradict the data and are not used"));
+    }
+    return result;
+  }
+
   const std::string name_;
   const InitializerOptions options_;
 };

@@ -108,7 +108,7 @@ std::string dropContradicted(const InitWindow& tracks, StateFactor* known, Metri
   return name;
 }
 
-// The minimum, without the parts of a known state, or the biases, that the data contradict.
+// The minimum, without the parts of a known state that the data contradict.
 void refine(RefinementInput* input, const std::vector<Track>& lines, bool again,
             MetricEstimate* out) {
   std::optional<StateFactor>& known = input->priors.known;
@@ -116,10 +116,8 @@ void refine(RefinementInput* input, const std::vector<Track>& lines, bool again,
     adopt(*input, searchMinimum(*input, lines, from, again), out);
     if (!out->posterior.valid) return;
     if (!known) {
-      if (!contradictsBiases(*input, *out)) return;
-      out->contradicts_biases = true;
-      input->priors.biases = ImuBiases();
-      continue;
+      out->contradicts_biases = contradictsBiases(*input, *out);
+      return;
     }
     const std::string part = dropContradicted(input->tracks, &*known, out);
     if (part.empty()) return;

@@ -38,7 +38,7 @@ struct MetricEstimate {
   ScaleMoments scale;                     ///< with a prior on the motion
   StateVector known_residual;             ///< estimate minus known state
   std::vector<std::string> contradicted;  ///< parts of the known state that were not used
-  bool contradicts_biases = false;        ///< WindowPriors::biases were not used
+  bool contradicts_biases = false;        ///< the data do, WindowPriors::biases
 
   const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
