@@ -10,6 +10,10 @@
 namespace slim_init {
 namespace {
 
+// Standard deviation of the tracks that the search for the agreeing ones begins with, over their
+// own: nearly all count. A power of two, it is halved until it is their own.
+constexpr double kWidest = 256.0;
+
 // The normal matrix of stacked 3-vectors after a rotation of their frame.
 Eigen::MatrixXd rotated(const Eigen::MatrixXd& H, const Eigen::Matrix3d& R) {
   Eigen::MatrixXd out(H.rows(), H.cols());
@@ -80,10 +84,16 @@ std::optional<WindowState> inertialStartingState(const InitWindow& window,
     R_b0_ck.push_back(R_b0_b * calibration.R_b_c);
   const double sigma = calibration.sigmaBearing();
   const Eigen::VectorXd no_shape = Eigen::VectorXd::Zero(motion.lever.size());
+  const UnknownsPrior prior = priorOf(window, motion, inertial);
+  LengthWeights weights;
   Eigen::Matrix<double, 9, 1> x;
-  const ScaleCost cost(motion, no_shape, lengthNormalMatrix(window, R_b0_ck) / (sigma * sigma),
-                       priorOf(window, motion, inertial), calibration.gravity_magnitude);
-  if (!std::isfinite(cost(0.0, &x))) return std::nullopt;
+  for (weights.sigma = kWidest * sigma; weights.sigma >= sigma; weights.sigma *= 0.5) {
+    const ScaleCost cost(motion, no_shape,
+                         lengthNormalMatrix(window, R_b0_ck, weights) / (sigma * sigma), prior,
+                         calibration.gravity_magnitude);
+    if (!std::isfinite(cost(0.0, &x))) return std::nullopt;
+    weights.centres = motion.position * x + motion.position0 + motion.lever;
+  }
   return motion.at(x);
 }
 

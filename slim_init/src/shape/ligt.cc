@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "geometry/dense.h"
@@ -42,14 +43,31 @@ void addLigtRow(LigtRow row, int l, int r, int i, double weight, Eigen::MatrixXd
   }
 }
 
-// `lengths`: of the rows divided by |theta|^2.
+// Mean of the squares of a track's rows at `centres` (stacked), each row of l, r and i.
+double meanSquare(const std::vector<LigtRow>& rows,
+                  const std::vector<std::array<int, 3>>& keyframes,
+                  const Eigen::VectorXd& centres) {
+  double sum = 0.0;
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    const auto [l, r, i] = keyframes[a];
+    sum +=
+        (rows[a].block_l * centres.segment<3>(3 * l) + rows[a].block_r * centres.segment<3>(3 * r) +
+         rows[a].block_i * centres.segment<3>(3 * i))
+            .squaredNorm();
+  }
+  return sum / static_cast<double>(rows.size());
+}
+
+// `lengths`: of the rows divided by |theta|^2, and of their weights; null: of the rows themselves.
 PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                       bool lengths) {
+                       const LengthWeights* lengths) {
   const std::vector<WindowPoint>& observations = window.pointObservations();
   PointRows out;
   out.H = Eigen::MatrixXd::Zero(3 * window.size(), 3 * window.size());
   out.votes.reserve(window.pointTracks().size());
   std::vector<Eigen::Vector3d> u;
+  std::vector<LigtRow> rows;
+  std::vector<std::array<int, 3>> keyframes;
   for (const Track& track : window.pointTracks()) {
     if (track.size() < kMinTrackLength) continue;
     u.clear();
@@ -60,13 +78,26 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
     if (base.parallax2 <= kSmallestAngle * kSmallestAngle) continue;
     const int l = observations[track.begin + base.l].keyframe;
     const int r = observations[track.begin + base.r].keyframe;
-    const double weight = lengths ? 1.0 / (base.parallax2 * base.parallax2) : 1.0;
+    rows.clear();
+    keyframes.clear();
     for (int a = 0; a < track.size(); ++a) {
       if (a == base.l) continue;
-      const int i = observations[track.begin + a].keyframe;
-      addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, weight, &out.H);
-      out.rows += 3;
+      rows.push_back(ligtRow(u[base.l], u[base.r], u[a]));
+      keyframes.push_back({l, r, observations[track.begin + a].keyframe});
     }
+    double weight = 1.0;
+    if (lengths != nullptr) {
+      const double to_length2 = 1.0 / (base.parallax2 * base.parallax2);
+      weight = to_length2;
+      if (lengths->centres.size() > 0) {
+        const double misfit2 = to_length2 * meanSquare(rows, keyframes, lengths->centres);
+        weight *= gemanMcClure(misfit2 / (lengths->sigma * lengths->sigma));
+      }
+    }
+    for (std::size_t a = 0; a < rows.size(); ++a) {
+      addLigtRow(rows[a], l, r, keyframes[a][2], weight, &out.H);
+    }
+    out.rows += 3 * static_cast<int>(rows.size());
     out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
   }
   return out;
@@ -100,15 +131,16 @@ LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r,
 }
 
 Eigen::MatrixXd lengthNormalMatrix(const InitWindow& window,
-                                   const std::vector<Eigen::Matrix3d>& R_c0_ck) {
-  return sumPointRows(window, R_c0_ck, true).H.selfadjointView<Eigen::Lower>();
+                                   const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                   const LengthWeights& weights) {
+  return sumPointRows(window, R_c0_ck, &weights).H.selfadjointView<Eigen::Lower>();
 }
 
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   TranslationEstimate estimate;
   const int n = window.size();
-  PointRows points = sumPointRows(window, R_c0_ck, false);
+  PointRows points = sumPointRows(window, R_c0_ck, nullptr);
   Eigen::MatrixXd& H = points.H;
   estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());

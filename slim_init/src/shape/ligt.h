@@ -63,9 +63,17 @@ inline constexpr int kMinTracks = 8;
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck);
 
+/// How much a track counts, by how far it is from `centres` (stacked 3N; empty: all count the
+/// same): its cost is linear beyond `sigma`, standard deviation of a bearing [rad].
+struct LengthWeights {
+  Eigen::VectorXd centres;
+  double sigma = 1.0;
+};
+
 /// The normal matrix of the same rows, each divided by |theta|^2: then they are the distances by
 /// which the lines of sight miss the points, for points at unit distance and centres of any size.
 Eigen::MatrixXd lengthNormalMatrix(const InitWindow& window,
-                                   const std::vector<Eigen::Matrix3d>& R_c0_ck);
+                                   const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                   const LengthWeights& weights);
 
 }  // namespace slim_init
