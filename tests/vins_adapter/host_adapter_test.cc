@@ -234,6 +234,9 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
   expectTruth(answer, exact_.truth, 20, false, 2e-3);
   // With that velocity it may have flown since no solve has agreed with it.
   EXPECT_GT(answer.frame.position_sigma, 3.0 * (last.stamp - exact_.keyframes[0].t));
+  EXPECT_GT(answer.frame.start_sigma, 3.0 * (last.stamp - exact_.keyframes[0].t))
+      << "nor does a position that is held know better";
+  EXPECT_LT(right.frame.start_sigma, 0.1);
 }
 
 // The flight has ended, and a start goes on from its last state: it was correct until then.
@@ -279,6 +282,36 @@ TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
     adapter->learn(toHostState(now, 0.0));
     EXPECT_FALSE(adapter->propagate(last, exact.keyframes.back().t).ok) << "there is a newer one";
   }
+}
+
+// Samples that are missing for seconds have one error, not one for each step.
+TEST_F(HostAdapterTest, ALostStateHasTheWholeErrorOfAGap) {
+  ExactWindowOptions options = tenHertz();
+  options.keyframes = 130;
+  ExactWindow exact = makeExactWindow(options);
+  const double begin = exact.truth[4].t;
+  std::vector<ImuSample>& imu = exact.imu;
+  imu.erase(std::remove_if(imu.begin(), imu.end(),
+                           [begin](const ImuSample& one) {
+                             return one.t > begin + 1.5 && one.t < begin + 4.0;
+                           }),
+            imu.end());
+  const HostState last = toHostState(exact.truth[4], 0.0);
+  std::map<bool, double> sigma;
+  for (const bool lost : {false, true}) {
+    const auto adapter = make(exact.calibration);
+    std::size_t next = 0;
+    const int newest = lost ? 106 : 102;  // the samples of ten seconds are kept
+    for (int k = 0; k <= newest; ++k) {
+      vins_adapter::feed(exact, imu, k, k, &next, adapter.get());
+      if (lost && k == 5) adapter->lose(last);
+    }
+    const HostPropagation there = adapter->propagate(last, exact.keyframes[newest].t);
+    ASSERT_TRUE(there.ok) << lost << there.message;
+    sigma[lost] = there.position_sigma;
+  }
+  EXPECT_GT(sigma[true], 0.95 * sigma[false]);
+  EXPECT_LT(sigma[true], 1.3 * sigma[false]);
 }
 
 // In hover the host's window reaches further back than ours and the reach of the IMU: there the

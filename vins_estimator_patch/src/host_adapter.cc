@@ -235,9 +235,15 @@ struct HostAdapter::State {
                           Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
                           calibration.imu_noise, to, problem);
   }
+  // Stops in front of damage, whose error is constant, as long as the data are there.
   void carryLost(double until) {
+    if (!lost) return;
+    for (const ImuDamage& one : screen.damage()) {
+      const bool within = lost->state.t <= one.first && one.first < until && until < one.last;
+      if (within && reaches(lost->state.t - kLostStep)) until = one.first;
+    }
     std::string problem;
-    if (lost && until - lost->state.t > kLostStep) {
+    if (until - lost->state.t > kLostStep) {
       carry(*lost, until, screen.samples(), &*lost, &problem);
     }
   }
@@ -284,8 +290,9 @@ struct HostAdapter::State {
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
   std::set<FeatureId> moving;  // tracks of the newest frame, as prepare() found them
-  // The last state that the images have vouched for, carried, while the IMU alone carries the host.
-  std::optional<PropagatedState> alone;
+  // While the IMU alone carries the host: the last state that the images have vouched for, and
+  // that propagated.
+  std::optional<PropagatedState> vouched, alone;
   // The host's last healthy state before a failure, of that stamp [s], carried: the IMU data of its
   // own time are not kept.
   std::optional<PropagatedState> lost;
@@ -650,10 +657,14 @@ HostPropagation HostAdapter::State::propagate(const HostState& from, double stam
 // have vouched for, `before` in the first frame without them.
 void HostAdapter::State::widenByImuAlone(const HostState& before, double t,
                                          HostPreparation* frame) {
-  if (!alone) alone = healthyStateOf(before);
+  if (!alone) vouched = alone = healthyStateOf(before);
   const double position = alone->positionSigma(), yaw = alone->yawSigma();
   std::string problem;
-  if (!carry(*alone, t, screen.heldUntil(t), &*alone, &problem)) return;
+  // Not in steps while its data are there: the error of damaged data is constant.
+  if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) {
+    vouched = alone;
+    if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) return;
+  }
   const auto added = [](double sigma, double now, double earlier) {
     return std::max(sigma, std::sqrt(std::max(now * now - earlier * earlier, 0.0)));
   };
@@ -671,8 +682,7 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
   HostPropagation frame =
       propagate(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
   const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
-  frame.position_sigma =
-      std::hypot(frame.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
+  frame.start_sigma = scale_sigma * (last.p_w_b - first.p_w_b).norm();
   // A host whose velocity is wrong may have gone wrong since a solve has last agreed with it.
   const NavState carried = fromHostState(frame.state, calibration.td);
   std::vector<NavState> at;
@@ -681,10 +691,10 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
     const double off = (carried.v_w_b - at.front().v_w_b).norm();
     const double since = std::isnan(last_agreed) ? first_stamp : last_agreed;
     if (off > kCloseVelocity) {
-      frame.position_sigma =
-          std::hypot(frame.position_sigma, off * std::max(healthy.stamp - since, 0.0));
+      frame.start_sigma = std::hypot(frame.start_sigma, off * std::max(healthy.stamp - since, 0.0));
     }
   }
+  frame.position_sigma = std::hypot(frame.position_sigma, frame.start_sigma);
   if (frame.ok) {
     frame.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, frame);
   }

@@ -181,9 +181,10 @@ struct HostGlue::State {
   }
   // Where the IMU says less of the position.
   void holdPosition(double stamp, HostPropagation* propagated) const {
-    if (!(propagated->position_sigma > heldSigma(stamp))) return;
+    const double held = std::hypot(heldSigma(stamp), propagated->start_sigma);
+    if (!(propagated->position_sigma > held)) return;
     propagated->state.P = lost.P;
-    propagated->position_sigma = heldSigma(stamp);
+    propagated->position_sigma = held;
     propagated->message += roundedText(3, "; the position is held, standard deviation ",
                                        propagated->position_sigma, " m");
   }

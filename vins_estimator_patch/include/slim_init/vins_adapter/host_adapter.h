@@ -72,6 +72,7 @@ struct HostPropagation {
   HostState state;
   double position_sigma = kNotComputed;  ///< worst axis [m]
   double yaw_sigma_deg = kNotComputed;
+  double start_sigma = 0.0;  ///< of `position_sigma`, what does not come from the propagation [m]
 };
 
 /// What seed() or recover() returned.
