@@ -320,7 +320,8 @@ class Slim : public WindowSolver {
     Solve solve(window, request, options_, shared);
     InitResult result = solve.run();
     const bool fits = result.status != InitStatus::kInconsistentResiduals;
-    if (request.first_state != nullptr || !knowsBiases(window.calibration().imu_biases) ||
+    if (request.first_state != nullptr ||
+        !areKnown(window.calibration().imu_biases, options_.inertial) ||
         (fits && !solve.contradictsBiases())) {
       return result;
     }
@@ -332,11 +333,6 @@ class Slim : public WindowSolver {
   }
 
  private:
-  bool knowsBiases(const ImuBiases& known) const {
-    return known.gyro_sigma < options_.inertial.gyro_bias_prior ||
-           known.accel_sigma < options_.inertial.accel_bias_prior;
-  }
-
   // As if they were not known. `contradicted`: by the data; else nothing has fitted them.
   InitResult withoutKnownBiases(const InitWindow& window, const SolveRequest& request,
                                 bool contradicted, WorkBudget* budget) const {

@@ -165,6 +165,11 @@ ImuNoise assumedImuNoise(const InitWindow& window, const InertialOptions& option
                          both_given ? ImuQuality() : measureImuQuality(window.imu()), options);
 }
 
+bool areKnown(const ImuBiases& biases, const InertialOptions& options) {
+  return biases.gyro_sigma < options.gyro_bias_prior ||
+         biases.accel_sigma < options.accel_bias_prior;
+}
+
 ImuBiases assumedImuBiases(const ImuBiases& known, const InertialOptions& options) {
   ImuBiases out;
   out.gyro_sigma = options.gyro_bias_prior;

@@ -46,5 +46,7 @@ ImuNoise assumedImuNoise(const InitWindow& window, const InertialOptions& option
 /// What is known of the biases before the data: `known` where its standard deviations are below
 /// those of `options`, which hold otherwise, about zero.
 ImuBiases assumedImuBiases(const ImuBiases& known, const InertialOptions& options);
+/// Whether one of them is known so.
+bool areKnown(const ImuBiases& biases, const InertialOptions& options);
 
 }  // namespace slim_init

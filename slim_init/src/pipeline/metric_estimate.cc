@@ -46,11 +46,8 @@ ScaleCost scaleCostOf(const RefinementInput& input, RefinedWindow refined) {
 // Whether the data contradict the biases known before: the test of a state of which nothing else is
 // known.
 bool contradictsBiases(const RefinementInput& input, const MetricEstimate& metric) {
+  if (!areKnown(input.priors.biases, input.inertial)) return false;
   const ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
-  if (!(prior.gyro_sigma < input.inertial.gyro_bias_prior ||
-        prior.accel_sigma < input.inertial.accel_bias_prior)) {
-    return false;
-  }
   StateVector sigma, moved = StateVector::Zero();
   sigma << Eigen::Vector3d::Constant(kUnknown[0]), Eigen::Vector2d::Constant(kUnknown[1]),
       Eigen::Vector3d::Constant(prior.gyro_sigma), Eigen::Vector3d::Constant(prior.accel_sigma);
