@@ -123,7 +123,7 @@ OptionTable optionTable(RefinementOptions* o) {
   return {
       advancedKey("use_lines", &o->use_lines, "line residuals (ablation)"),
       advancedKey("estimate_accel_bias", &o->estimate_accel_bias,
-                  "0: the accelerometer bias is held at zero (ablation)"),
+                  "0: the accelerometer bias is held at what is known of it, or zero (ablation)"),
       advancedKey("max_iterations", &o->max_iterations, {0, 1000}, "",
                   "Levenberg-Marquardt steps of one minimisation, refused ones included"),
       advancedKey("tolerance", &o->tolerance, {1e-30, 100.0}, "sigma^2",
