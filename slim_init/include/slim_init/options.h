@@ -54,7 +54,7 @@ struct VanishingPointOptions {
 /// Structureless visual-inertial refinement of `slim`.
 struct RefinementOptions {
   bool use_lines = true;            ///< line residuals
-  bool estimate_accel_bias = true;  ///< off: b_a is held at zero
+  bool estimate_accel_bias = true;  ///< off: b_a is held at what is known of it, or zero
   int max_iterations = 8;           ///< Levenberg-Marquardt steps of one minimisation, refused too
   double tolerance = 0.1;           ///< squared length of the last step [sigma^2]
   double cauchy_sigmas = 3.0;       ///< Cauchy scale of a residual [sigma]
