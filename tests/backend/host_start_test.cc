@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <string>
 #include <vector>
 
 #include "backend/host_run.h"

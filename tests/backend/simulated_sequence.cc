@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "backend/simulated_sequence.h"
 
-#include <algorithm>
 #include <memory>
 #include <vector>
 

@@ -30,9 +30,7 @@ Eigen::Matrix3Xd cameraCentresOf(const ExactWindow& exact) {
 
 TEST(StructureFromMotion, RecoversCamerasUpToScale) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = makeExactWindow(seeded(seed));
     const StructureFromMotion sfm = reconstruct(*exact.window, VinsOptions());
     ASSERT_TRUE(sfm.valid()) << "seed " << seed << ": " << sfm.message;
     EXPECT_GT(sfm.points, 50);

@@ -36,8 +36,7 @@ constexpr double kNoiseFree = 1e-4;
 TEST_P(Baselines, RecoverNoiseFreeWindows) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     for (double interval : {0.25, 0.4}) {
-      ExactWindowOptions options;
-      options.seed = seed;
+      ExactWindowOptions options = seeded(seed);
       options.interval_s = interval;
       const ExactWindow exact = makeExactWindow(options);
       SCOPED_TRACE("seed " + std::to_string(seed) + ", interval " + std::to_string(interval));

@@ -26,8 +26,7 @@ GyroBiasProblem pointsOnly(PairLoss loss) {
 TEST(GyroBias, NoiseFreeRecoveryFromZero) {
   for (PairLoss loss : {PairLoss::kEigenvalue, PairLoss::kSumOfSquares}) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
-      ExactWindowOptions options;
-      options.seed = seed;
+      const ExactWindowOptions options = seeded(seed);
       const ExactWindow exact = makeExactWindow(options);
       const GyroBiasEstimate estimate =
           estimateGyroBias(*exact.window, pointsOnly(loss), GyroBiasOptions());
@@ -43,9 +42,7 @@ TEST(GyroBias, NoisyRecoveryStaysWithinTolerance) {
   // 0.6 px at a good excitation: DRT reports 2 % on EuRoC's easier sequences.
   constexpr double kTolerance = 0.08;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    options.pixel_noise = 0.6;
+    const ExactWindowOptions options = seeded(seed, 0.6);
     const ExactWindow exact = makeExactWindow(options);
     const GyroBiasEstimate estimate =
         estimateGyroBias(*exact.window, pointsOnly(PairLoss::kEigenvalue), GyroBiasOptions());
@@ -74,9 +71,7 @@ struct PairResidual {
 };
 
 TEST(GyroBias, SameMinimumAsCeres) {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  const ExactWindow exact = makeExactWindow(options);
+  const ExactWindow exact = makeExactWindow(seeded(1, 0.6));
   const InitWindow& window = *exact.window;
   std::vector<EpipolarPair, Eigen::aligned_allocator<EpipolarPair>> pairs(window.size() - 1);
   for (const Track& track : window.pointTracks()) {
@@ -111,9 +106,7 @@ TEST(GyroBias, SameMinimumAsCeres) {
 }
 
 TEST(GyroBias, StartDoesNotMatterInARichScene) {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  const ExactWindow exact = makeExactWindow(options);
+  const ExactWindow exact = makeExactWindow(seeded(1, 0.6));
   const GyroBiasProblem problem = pointsOnly(PairLoss::kEigenvalue);
   const GyroBiasEstimate from_zero =
       estimateGyroBias(*exact.window, problem, GyroBiasOptions(), Vector3d::Zero());

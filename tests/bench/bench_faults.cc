@@ -9,7 +9,6 @@
 
 #include "bench_commands.h"
 #include "bench_host.h"
-#include "bench_options.h"
 #include "bench_windows.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/evaluation/statistics.h"

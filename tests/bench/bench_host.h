@@ -3,7 +3,6 @@
 // A host around the adapter and what it receives, for `slim_init_bench faults` and `soak`.
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <memory>
 

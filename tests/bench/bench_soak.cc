@@ -15,7 +15,6 @@
 
 #include "bench_commands.h"
 #include "bench_host.h"
-#include "bench_options.h"
 #include "bench_windows.h"
 #include "exit_code.h"
 #include "slim_init/evaluation/cpu_time.h"

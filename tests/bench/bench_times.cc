@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "bench_commands.h"
-#include "bench_options.h"
 #include "bench_windows.h"
 #include "methods.h"
 #include "slim_init/evaluation/cpu_time.h"

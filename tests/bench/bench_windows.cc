@@ -11,6 +11,9 @@
 #include "slim_init/keyframe_window.h"
 
 namespace slim_init::tools {
+
+namespace po = boost::program_options;
+
 namespace {
 
 constexpr std::size_t kFramesBetweenWindows = 10;
@@ -66,6 +69,35 @@ std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequ
   std::vector<std::shared_ptr<const InitWindow>> spread;
   for (std::size_t k = 0; k < what.limit; ++k) spread.push_back(all[k * all.size() / what.limit]);
   return spread;
+}
+
+void addSequenceOptions(std::vector<std::string>* folders, BenchWindows* what,
+                        po::options_description* table) {
+  auto add = table->add_options();
+  add("help", "this text");
+  add("recorded", po::value(folders)->composing(),
+      "folder of a recording without pixels; may be repeated");
+  add("builtin", po::value(&what->builtin)->default_value(what->builtin), "built-in motion");
+  add("duration", po::value(&what->duration_s)->default_value(what->duration_s),
+      "of a built-in motion [s]");
+  add("seed", po::value(&what->seed)->default_value(what->seed), "of the simulation");
+}
+
+std::optional<int> readOptions(const po::options_description& table,
+                               const std::vector<std::string>& arguments) {
+  try {
+    po::variables_map given;
+    po::store(po::command_line_parser(arguments).options(table).run(), given);
+    if (given.count("help") > 0) {
+      std::cout << table;
+      return kExitOk;
+    }
+    po::notify(given);
+  } catch (const po::error& error) {
+    std::cerr << "slim_init_bench: " << error.what() << "\n";
+    return kExitBadInput;
+  }
+  return std::nullopt;
 }
 
 }  // namespace slim_init::tools

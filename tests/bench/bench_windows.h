@@ -1,10 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Windows for the benchmark program.
+// Windows for the benchmark program, and the options of its commands that say which.
 #pragma once
 
+#include <boost/program_options.hpp>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,5 +36,16 @@ evaluation::Sequence benchSequence(const BenchWindows& what);
 /// `what.limit`, every n-th of them. Ends the program where there are none.
 std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequence& data,
                                                           const BenchWindows& what);
+
+/// Adds `--help` and the options that say where sequences come from. `folders` and `what` live
+/// longer than `table`; what they hold are the defaults.
+void addSequenceOptions(std::vector<std::string>* folders, BenchWindows* what,
+                        boost::program_options::options_description* table);
+
+/// Reads the arguments after the command's name into what `table` refers to. Returns nothing where
+/// the command goes on, or what the program returns: after `--help`, or after a sentence on stderr
+/// about the argument at fault.
+std::optional<int> readOptions(const boost::program_options::options_description& table,
+                               const std::vector<std::string>& arguments);
 
 }  // namespace slim_init::tools

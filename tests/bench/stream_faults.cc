@@ -58,8 +58,6 @@ void move(PointObservation& point, double x_px, double y_px, const FaultInput& i
   point.bearing = (ray + by).normalized();
 }
 
-// ------------------------------------------------------------------------------------------ IMU
-
 void imuGapOf(double seconds, const FaultInput& in) {
   const Trouble gap = {in.trouble.begin, in.trouble.begin + seconds};
   removeIf(in.streams.imu, [&](const auto& imu) { return gap.holds(imu.true_t); });
@@ -150,8 +148,6 @@ std::vector<StreamFault> imuFaults() {
   };
 }
 
-// --------------------------------------------------------------------------------------- camera
-
 std::vector<StreamFault> cameraFaults() {
   return {
       {"camera-drops", "every second image is missing", true,
@@ -236,8 +232,6 @@ std::vector<StreamFault> cameraFaults() {
        }},
   };
 }
-
-// -------------------------------------------------------------------------------- tracker, host
 
 std::vector<StreamFault> otherFaults() {
   return {

@@ -8,18 +8,13 @@
 #include <tuple>
 
 #include "support/exact_window.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 namespace {
 
 class InitWindowTest : public ::testing::Test {
  protected:
-  std::string errorOf(const std::vector<FrameObservation>& frames,
-                      const std::vector<ImuSample>& imu) const {
-    std::string error;
-    EXPECT_EQ(InitWindow::create(exact_.calibration, frames, imu, &error), nullptr);
-    return error;
-  }
   const ExactWindow exact_ = makeExactWindow(ExactWindowOptions());
 };
 
@@ -111,34 +106,23 @@ TEST_F(InitWindowTest, BearingsAreNormalised) {
 }
 
 TEST_F(InitWindowTest, ViolatedInvariantsAreNamed) {
-  EXPECT_NE(errorOf({exact_.keyframes[0]}, exact_.imu).find("1 keyframes (minimum 2)"),
-            std::string::npos);
-
-  std::vector<FrameObservation> swapped = exact_.keyframes;
-  std::swap(swapped[3], swapped[4]);
-  EXPECT_NE(errorOf(swapped, exact_.imu).find("keyframe 4 is -0.25 s"), std::string::npos);
-
-  std::vector<FrameObservation> nan_time = exact_.keyframes;
-  nan_time[2].t = kNotComputed;
-  EXPECT_NE(errorOf(nan_time, exact_.imu).find("keyframe 2"), std::string::npos);
-
-  std::vector<ImuSample> cut(exact_.imu.begin(), exact_.imu.end() - 20);
-  EXPECT_NE(errorOf(exact_.keyframes, cut).find("do not cover"), std::string::npos);
-  EXPECT_NE(errorOf(exact_.keyframes, {}).find("0 samples"), std::string::npos);
-
-  std::vector<ImuSample> nan_imu = exact_.imu;
-  nan_imu[7].gyro.z() = kNotComputed;
-  EXPECT_NE(errorOf(exact_.keyframes, nan_imu).find("sample 7 is not finite"), std::string::npos);
-
-  std::vector<ImuSample> repeated = exact_.imu;
-  repeated[9].t = repeated[8].t;
-  EXPECT_NE(errorOf(exact_.keyframes, repeated).find("sample 9 is 0 s"), std::string::npos);
-
-  std::string error;
-  Calibration broken = exact_.calibration;
-  broken.sigma_px = -1.0;
-  EXPECT_EQ(InitWindow::create(broken, exact_.keyframes, exact_.imu, &error), nullptr);
-  EXPECT_NE(error.find("sigma_px is -1"), std::string::npos);
+  const auto expectRefused = [this](const char* words, void (*spoil)(ExactWindow*)) {
+    ExactWindow bad = exact_;
+    spoil(&bad);
+    std::string error;
+    EXPECT_EQ(InitWindow::create(bad.calibration, bad.keyframes, bad.imu, &error), nullptr);
+    expectParts(error, words);
+  };
+  expectRefused("1 keyframes (minimum 2)", [](ExactWindow* bad) { bad->keyframes.resize(1); });
+  expectRefused("keyframe 4 is -0.25 s",
+                [](ExactWindow* bad) { std::swap(bad->keyframes[3], bad->keyframes[4]); });
+  expectRefused("keyframe 2", [](ExactWindow* bad) { bad->keyframes[2].t = kNotComputed; });
+  expectRefused("do not cover", [](ExactWindow* bad) { bad->imu.resize(bad->imu.size() - 20); });
+  expectRefused("0 samples", [](ExactWindow* bad) { bad->imu.clear(); });
+  expectRefused("sample 7 is not finite",
+                [](ExactWindow* bad) { bad->imu[7].gyro.z() = kNotComputed; });
+  expectRefused("sample 9 is 0 s", [](ExactWindow* bad) { bad->imu[9].t = bad->imu[8].t; });
+  expectRefused("sigma_px is -1", [](ExactWindow* bad) { bad->calibration.sigma_px = -1.0; });
 }
 
 }  // namespace

@@ -15,12 +15,6 @@ ImuSample sampleAt(double t) {
   return sample;
 }
 
-StreamOptions trackerOptions() {
-  StreamOptions options = StreamOptions::liveData();
-  options.restart_on_frame_gap = true;
-  return options;
-}
-
 class LiveStreams : public ::testing::Test {
  protected:
   AddStatus imu(double t) { return check_.checkImu(sampleAt(t)); }
@@ -43,9 +37,8 @@ TEST_F(LiveStreams, OrderlyStreamsPass) {
   play(1e9, 3.0);
   EXPECT_EQ(check_.counts().imu.added(), 601);
   EXPECT_EQ(check_.counts().frames.added(), 61);
-  EXPECT_EQ(
-      check_.counts().imu[AddStatus::kOutOfOrder] + check_.counts().frames[AddStatus::kOutOfOrder],
-      0);
+  EXPECT_EQ(check_.counts().imu[AddStatus::kOutOfOrder], 0);
+  EXPECT_EQ(check_.counts().frames[AddStatus::kOutOfOrder], 0);
   EXPECT_EQ(check_.counts().restarts(), 0);
 }
 
@@ -68,11 +61,10 @@ TEST_F(LiveStreams, GlitchesAreDropped) {
   play(10.0, 1.0);
   ImuSample sample = sampleAt(11.002);
   sample.accel.x() = -160.1;
-  EXPECT_EQ(check_.checkImu(sample), AddStatus::kGlitch);
-  sample.t = 2.0;
-  EXPECT_EQ(check_.checkImu(sample), AddStatus::kGlitch);
-  sample.t = 2.005;
-  EXPECT_EQ(check_.checkImu(sample), AddStatus::kGlitch);
+  for (const double t : {11.002, 2.0, 2.005}) {
+    sample.t = t;
+    EXPECT_EQ(check_.checkImu(sample), AddStatus::kGlitch) << t;
+  }
   EXPECT_EQ(check_.counts().imu[AddStatus::kGlitch], 3);
   EXPECT_EQ(check_.counts().restarts(), 0);
   sample = sampleAt(11.005);
@@ -146,7 +138,9 @@ TEST_F(LiveStreams, AGapIsConfirmedByEitherStream) {
 }
 
 TEST_F(LiveStreams, AGapBetweenFramesIsARestartForATracker) {
-  check_ = StreamCheck(trackerOptions());
+  StreamOptions options = StreamOptions::liveData();
+  options.restart_on_frame_gap = true;
+  check_ = StreamCheck(options);
   play(10.0, 1.0);
   imu(13.0);
   EXPECT_EQ(imu(13.005), AddStatus::kAdded);

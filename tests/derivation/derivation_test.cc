@@ -47,8 +47,6 @@ class Random {
   std::normal_distribution<double> normal_;
 };
 
-// ---- lines --------------------------------------------------------------------------------------
-
 // A line and cameras that see it without noise; the camera is the body.
 struct LineViews {
   Vector3d point, direction;  // in b0, unit direction
@@ -167,8 +165,6 @@ TEST(Lines, MoreViewsAddTwoRowsEach) {
   }
 }
 
-// ---- rotation -----------------------------------------------------------------------------------
-
 constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
 
 // Points of a pair; the same for every draw of the noise.
@@ -249,8 +245,6 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
   EXPECT_LT(quotient, 3.5 * noise_of_a_mean);
   EXPECT_GT(eigenvalue, 7.0 * noise_of_a_mean);
 }
-
-// ---- observability ------------------------------------------------------------------------------
 
 // What the window holds, and how it moves: position in b0 at a time.
 struct MotionCase {

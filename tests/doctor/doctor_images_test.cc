@@ -246,8 +246,6 @@ TEST_F(DoctorTool, RealImagesStandingStill) {
   expectParts(run.out, "the rig stands still");
 }
 
-// --- Numbers of a single image ---
-
 /// A textured wall seen straight on.
 cv::Mat texture() {
   cv::Mat image(240, 376, CV_8UC1);

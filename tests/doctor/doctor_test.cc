@@ -100,6 +100,7 @@ class Doctor : public ::testing::Test {
     good_ = nullptr;
   }
   static DoctorData good() { return *good_; }
+  DoctorData data_ = good();
   static DoctorData standing() {
     Handheld motion;
     motion.turning.setZero();
@@ -203,9 +204,8 @@ TEST_F(Doctor, TurnsAboutOneAxisLeaveThatAxisToTheAcceleration) {
 }
 
 TEST_F(Doctor, FindsTheGyroInDegrees) {
-  DoctorData data = good();
-  for (ImuSample& sample : data.imu) sample.gyro *= kDegPerRad;
-  const DoctorReport report = examined(data);
+  for (ImuSample& sample : data_.imu) sample.gyro *= kDegPerRad;
+  const DoctorReport report = examined(data_);
   EXPECT_TRUE(complaints(report).count("gyro_scale")) << doctorText(report, false);
   EXPECT_NEAR(find(report, "gyro_scale").value, kDegPerRad, 1.0);
   expectParts(find(report, "gyro_scale").message, "deg/s");
@@ -214,9 +214,9 @@ TEST_F(Doctor, FindsTheGyroInDegrees) {
   for (const char* check : {"time_offset", "extrinsic_rotation", "gravity"}) {
     EXPECT_EQ(find(report, check).severity, Severity::kOk) << check;
   }
-  data = standing();
-  for (ImuSample& sample : data.imu) sample.gyro *= kDegPerRad;
-  EXPECT_EQ(find(examined(data), "gyro_bias").severity, Severity::kError);
+  data_ = standing();
+  for (ImuSample& sample : data_.imu) sample.gyro *= kDegPerRad;
+  EXPECT_EQ(find(examined(data_), "gyro_bias").severity, Severity::kError);
 }
 
 TEST_F(Doctor, FindsTheAccelerometerInG) {
@@ -230,115 +230,108 @@ TEST_F(Doctor, FindsTheAccelerometerInG) {
 }
 
 TEST_F(Doctor, FindsGravityTakenOffAndMisscaled) {
-  DoctorData data = good();
-  for (ImuSample& sample : data.imu) sample.accel *= 0.3;
-  EXPECT_EQ(find(examined(data), "accel_unit").severity, Severity::kError);
+  for (ImuSample& sample : data_.imu) sample.accel *= 0.3;
+  EXPECT_EQ(find(examined(data_), "accel_unit").severity, Severity::kError);
   // What is left of a flight may well have a norm of one.
-  data = good();
+  data_ = good();
   std::vector<double> norms;
-  for (ImuSample& sample : data.imu) {
+  for (ImuSample& sample : data_.imu) {
     sample.accel -= Handheld().at(sample.t).R_w_b.transpose() * Vector3d(0.0, 0.0, 9.81);
     norms.push_back(sample.accel.norm());
   }
-  for (ImuSample& sample : data.imu) sample.accel /= median(norms);
-  expectParts(find(examined(data), "accel_unit").advice, "Gravity has been removed");
-  data = good();
-  for (ImuSample& sample : data.imu) sample.accel *= 1.08;
-  const DoctorReport report = examined(data);
+  for (ImuSample& sample : data_.imu) sample.accel /= median(norms);
+  expectParts(find(examined(data_), "accel_unit").advice, "Gravity has been removed");
+  data_ = good();
+  for (ImuSample& sample : data_.imu) sample.accel *= 1.08;
+  const DoctorReport report = examined(data_);
   EXPECT_EQ(complaints(report), Names{"gravity"});
   EXPECT_EQ(find(report, "gravity").severity, Severity::kWarning);
 }
 
 TEST_F(Doctor, FindsASlowImuLostSamplesAndTwoClocksAndNothingElse) {
-  DoctorData data = good();
-  keepEvery(10, &data.imu);
-  DoctorReport report = examined(data);
+  keepEvery(10, &data_.imu);
+  DoctorReport report = examined(data_);
   expectTheOnlyError(report, "imu_rate");
   EXPECT_NEAR(find(report, "imu_rate").value, 20.0, 0.1);
 
-  data = good();
+  data_ = good();
   std::mt19937 random(1);
-  data.imu.erase(std::remove_if(data.imu.begin(), data.imu.end(),
-                                [&random](const ImuSample&) { return random() % 10 == 0; }),
-                 data.imu.end());
-  report = examined(data);
+  data_.imu.erase(std::remove_if(data_.imu.begin(), data_.imu.end(),
+                                 [&random](const ImuSample&) { return random() % 10 == 0; }),
+                  data_.imu.end());
+  report = examined(data_);
   expectTheOnlyError(report, "imu_lost");
   EXPECT_NEAR(find(report, "imu_lost").value, 10.0, 1.5);
 
-  data = good();
-  for (FrameObservation& frame : data.frames) frame.t += 1000.0;
-  for (ImageFacts& image : data.images) image.t += 1000.0;
-  report = examined(data);
+  data_ = good();
+  for (FrameObservation& frame : data_.frames) frame.t += 1000.0;
+  for (ImageFacts& image : data_.images) image.t += 1000.0;
+  report = examined(data_);
   expectTheOnlyError(report, "clocks");
   EXPECT_EQ(find(report, "time_offset").severity, Severity::kNotChecked);
 }
 
 TEST_F(Doctor, FindsAGapJitterAndDisorder) {
-  DoctorData data = good();
-  data.imu.erase(data.imu.begin() + 1000, data.imu.begin() + 1009);
-  DoctorReport report = examined(data);
+  data_.imu.erase(data_.imu.begin() + 1000, data_.imu.begin() + 1009);
+  DoctorReport report = examined(data_);
   EXPECT_EQ(find(report, "imu_gap").severity, Severity::kOk) << "nine samples are 50 ms";
-  data.imu.erase(data.imu.begin() + 1000, data.imu.begin() + 1010);
-  report = examined(data);
+  data_.imu.erase(data_.imu.begin() + 1000, data_.imu.begin() + 1010);
+  report = examined(data_);
   EXPECT_EQ(find(report, "imu_gap").severity, Severity::kWarning);
   EXPECT_NEAR(find(report, "imu_gap").value, 100.0, 0.1);
 
-  data = good();
-  for (std::size_t k = 0; k < data.imu.size(); k += 2) data.imu[k].t += 0.002;
-  report = examined(data);
+  data_ = good();
+  for (std::size_t k = 0; k < data_.imu.size(); k += 2) data_.imu[k].t += 0.002;
+  report = examined(data_);
   EXPECT_EQ(find(report, "imu_jitter").severity, Severity::kWarning);
   EXPECT_EQ(find(report, "imu_lost").severity, Severity::kOk) << doctorText(report, false);
 
-  data = good();
-  data.imu_disorder.out_of_order = 3;
-  data.image_disorder.unreadable = 50;
-  report = examined(data);
+  data_ = good();
+  data_.imu_disorder.out_of_order = 3;
+  data_.image_disorder.unreadable = 50;
+  report = examined(data_);
   EXPECT_EQ(find(report, "imu_order").severity, Severity::kWarning);
   EXPECT_EQ(find(report, "image_order").severity, Severity::kError);
   // The faults are those of a longer recording.
-  data.images_beyond_limit = 9950;
-  EXPECT_EQ(find(examined(data), "image_order").severity, Severity::kWarning);
-
-  // Nothing is lost in a pause.
-  data = good();
-  for (std::size_t k = data.imu.size() / 2; k < data.imu.size(); ++k) data.imu[k].t += 20.0;
-  for (std::size_t k = data.images.size() / 2; k < data.images.size(); ++k) {
-    data.images[k].t += 20.0;
+  data_.images_beyond_limit = 9950;
+  EXPECT_EQ(find(examined(data_), "image_order").severity, Severity::kWarning);
+  data_ = good();
+  for (std::size_t k = data_.imu.size() / 2; k < data_.imu.size(); ++k) data_.imu[k].t += 20.0;
+  for (std::size_t k = data_.images.size() / 2; k < data_.images.size(); ++k) {
+    data_.images[k].t += 20.0;
   }
-  report = examined(data);
+  report = examined(data_);
   EXPECT_EQ(find(report, "imu_lost").severity, Severity::kOk);
   EXPECT_EQ(find(report, "images_lost").severity, Severity::kOk);
 }
 
 TEST_F(Doctor, FindsSlowAndLostImages) {
-  DoctorData data = good();
-  keepEvery(4, &data.images);
-  EXPECT_EQ(find(examined(data), "image_rate").severity, Severity::kWarning);
-  data = good();
-  for (std::size_t k = 20; k < data.images.size(); k += 10) {
-    data.images.erase(data.images.begin() + static_cast<std::ptrdiff_t>(k));
+  keepEvery(4, &data_.images);
+  EXPECT_EQ(find(examined(data_), "image_rate").severity, Severity::kWarning);
+  data_ = good();
+  for (std::size_t k = 20; k < data_.images.size(); k += 10) {
+    data_.images.erase(data_.images.begin() + static_cast<std::ptrdiff_t>(k));
   }
-  EXPECT_EQ(find(examined(data), "images_lost").severity, Severity::kWarning);
-  data.images.resize(1);
-  EXPECT_EQ(find(examined(data), "image_rate").severity, Severity::kNotChecked);
+  EXPECT_EQ(find(examined(data_), "images_lost").severity, Severity::kWarning);
+  data_.images.resize(1);
+  EXPECT_EQ(find(examined(data_), "image_rate").severity, Severity::kNotChecked);
 }
 
 TEST_F(Doctor, FindsAGyroThatIsLeftHandedSilentOrOfAnotherRecording) {
-  DoctorData data = good();
-  for (ImuSample& sample : data.imu) sample.gyro.y() *= -1.0;
-  const DoctorReport report = examined(data);
+  for (ImuSample& sample : data_.imu) sample.gyro.y() *= -1.0;
+  const DoctorReport report = examined(data_);
   EXPECT_EQ(find(report, "rotation_agreement").severity, Severity::kError);
   expectParts(find(report, "rotation_agreement").advice, "left-handed");
   EXPECT_EQ(find(report, "extrinsic_rotation").severity, Severity::kNotChecked);
-  for (ImuSample& sample : data.imu) sample.gyro.setZero();
-  EXPECT_EQ(find(examined(data), "rotation_agreement").severity, Severity::kError);
-  data = good();
+  for (ImuSample& sample : data_.imu) sample.gyro.setZero();
+  EXPECT_EQ(find(examined(data_), "rotation_agreement").severity, Severity::kError);
+  data_ = good();
   Handheld other;
   other.turning = Vector3d(0.25, -0.1, 0.2);
-  for (ImuSample& sample : data.imu) {
+  for (ImuSample& sample : data_.imu) {
     sample.gyro = other.at(1.37 * (other.duration_s - sample.t)).omega_b;
   }
-  EXPECT_EQ(find(examined(data), "rotation_agreement").severity, Severity::kError);
+  EXPECT_EQ(find(examined(data_), "rotation_agreement").severity, Severity::kError);
 }
 
 TEST_F(Doctor, FindsBlackWhiteBlurredRepeatedAndForeignImages) {
@@ -366,23 +359,20 @@ TEST_F(Doctor, FindsBlackWhiteBlurredRepeatedAndForeignImages) {
 }
 
 TEST_F(Doctor, FindsTooFewPointsAndShortTracks) {
-  DoctorData data = good();
-  for (FrameObservation& frame : data.frames)
+  for (FrameObservation& frame : data_.frames)
     frame.points.resize(std::min<std::size_t>(frame.points.size(), 10));
-  EXPECT_EQ(find(examined(data), "points").severity, Severity::kError);
-  data = good();
+  EXPECT_EQ(find(examined(data_), "points").severity, Severity::kError);
+  data_ = good();
   FeatureId id = 0;
-  for (FrameObservation& frame : data.frames) {
+  for (FrameObservation& frame : data_.frames) {
     for (PointObservation& p : frame.points) p.id = id++;
     frame.lines.clear();
   }
-  const DoctorReport report = examined(data);
+  const DoctorReport report = examined(data_);
   EXPECT_EQ(find(report, "point_survival").severity, Severity::kError);
   EXPECT_EQ(find(report, "lines").severity, Severity::kNote);
   EXPECT_EQ(find(report, "rotation_agreement").severity, Severity::kNotChecked);
 }
-
-// ------------------------------------------------------------------------- what `slim` itself says
 
 TEST_F(Doctor, StartsAreThoseOfTheSolver) {
   const DoctorReport right = examined(good());
@@ -391,14 +381,11 @@ TEST_F(Doctor, StartsAreThoseOfTheSolver) {
   EXPECT_EQ(right.answers.accepted, right.answers.windows);
   EXPECT_EQ(right.answers.refused, 0);
   EXPECT_EQ(right.lines, "");
-
   // Specific force of another unit: nothing that the solver could estimate.
-  DoctorData data = good();
-  for (ImuSample& sample : data.imu) sample.accel /= 9.80665;
-  const DoctorReport refused = examined(data);
+  for (ImuSample& sample : data_.imu) sample.accel /= 9.80665;
+  const DoctorReport refused = examined(data_);
   EXPECT_EQ(find(refused, "starts").severity, Severity::kError) << doctorText(refused, false);
   EXPECT_GT(refused.answers.refused, 0);
-
   // Standing still is no fault.
   const DoctorReport waiting = examined(standing());
   EXPECT_EQ(find(waiting, "starts").severity, Severity::kNote) << doctorText(waiting, false);
@@ -461,11 +448,10 @@ TEST_F(Doctor, TheCalibrationIsThatOfTheSolver) {
 }
 
 TEST_F(Doctor, AnUnknownRotationIsMeasuredAndWritten) {
-  DoctorData data = good();
-  data.calibration.R_b_c.setIdentity();
-  data.calibration.sigmas.rotation_deg = 180.0;
-  data.has_rotation = false;
-  const DoctorReport report = examined(data);
+  data_.calibration.R_b_c.setIdentity();
+  data_.calibration.sigmas.rotation_deg = 180.0;
+  data_.has_rotation = false;
+  const DoctorReport report = examined(data_);
   EXPECT_EQ(find(report, "extrinsic_rotation").severity, Severity::kNote)
       << doctorText(report, false);
   expectParts(report.lines, "# rotation: standard deviation");
@@ -481,19 +467,18 @@ TEST_F(Doctor, NoiseOfTheImuIsMeasured) {
   EXPECT_EQ(find(quiet, "gyro_noise").severity, Severity::kOk);
   EXPECT_GT(quiet.answers.assumed_noise.accel_density, sheet.accel_density);
 
-  DoctorData data = good();
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.5);  // [m/s^2]: rotors
-  for (ImuSample& sample : data.imu) sample.accel += Vector3d{noise(random), noise(random), 0.0};
-  const DoctorReport shaking = examined(data);
+  for (ImuSample& sample : data_.imu) sample.accel += Vector3d{noise(random), noise(random), 0.0};
+  const DoctorReport shaking = examined(data_);
   EXPECT_EQ(find(shaking, "accel_noise").severity, Severity::kNote);
   expectParts(find(shaking, "accel_noise").message,
               " times as much. It vibrates, or slim_init.noise.accel_density is too low");
   EXPECT_EQ(find(shaking, "gyro_noise").severity, Severity::kOk);
 
-  data = good();
-  data.calibration.imu_noise.gyro_density *= 30.0;
-  expectParts(find(examined(data), "gyro_noise").message, "inflated");
+  data_ = good();
+  data_.calibration.imu_noise.gyro_density *= 30.0;
+  expectParts(find(examined(data_), "gyro_noise").message, "inflated");
 }
 
 CalibrationEstimate estimateAt(const Vector3d& turn, double td, double rotation_sigma,
@@ -519,7 +504,6 @@ TEST(CombinedCalibration, CountsThePriorOnceAndTheScatter) {
   ASSERT_TRUE(still.has_value());
   EXPECT_NEAR(still->tdSigma(), 0.05, 1e-6);
   EXPECT_NEAR(still->rotationSigmaDeg(), 10.0, 1e-4);
-
   // Four that agree: half the standard deviation; one far off hardly counts.
   std::vector<CalibrationEstimate> all(4,
                                        estimateAt(Vector3d(0.02, 0.0, -0.01), 0.01, 0.01, 0.002));
@@ -529,7 +513,6 @@ TEST(CombinedCalibration, CountsThePriorOnceAndTheScatter) {
   EXPECT_LT((logSO3(agree->R_b_c) - Vector3d(0.02, 0.0, -0.01)).norm(), 2e-4);
   all.push_back(estimateAt(Vector3d(0.5, 0.0, 0.0), -0.04, 0.01, 0.002));
   EXPECT_NEAR(combinedCalibration(all, prior)->td, 0.01, 1e-3);
-
   // Estimates that scatter by more than they say: so does their mean.
   for (std::size_t i = 0; i < 4; ++i) all[i].td += i % 2 == 0 ? 0.008 : -0.008;
   all.pop_back();
@@ -553,9 +536,8 @@ TEST_F(Doctor, EqualDataGiveEqualReports) {
 }
 
 TEST_F(Doctor, WritesATableAndJson) {
-  DoctorData data = good();
-  data.calibration.R_b_c *= expSO3(Vector3d(0.0, 0.5 * M_PI, 0.0));
-  const DoctorReport report = examined(data);
+  data_.calibration.R_b_c *= expSO3(Vector3d(0.0, 0.5 * M_PI, 0.0));
+  const DoctorReport report = examined(data_);
   std::istringstream lines(doctorText(report, false));
   std::size_t count = 0;
   for (std::string line; std::getline(lines, line); ++count) {

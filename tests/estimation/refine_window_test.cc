@@ -43,8 +43,6 @@ double scaleError(const RefinedWindow& refined, const WindowState& truth) {
   return std::abs(spread(refined.state) / spread(truth) - 1.0);
 }
 
-// ---- noise of the data --------------------------------------------------------------------------
-
 TEST(RefineWindow, NoiseIsThatOfTheData) {
   // The calibration says 0.6 px throughout.
   for (const double sigma_px : {0.3, 0.6, 1.5}) {
@@ -79,8 +77,6 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   EXPECT_NEAR(refined.sigma_line_px, exact.calibration.lineSigmaPx(), 1e-12);
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
 }
-
-// ---- rejection ----------------------------------------------------------------------------------
 
 TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   const ExactWindow exact = makeExactWindow(noisy(5));
@@ -196,8 +192,6 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
   EXPECT_TRUE(!wrong.valid || wrong.median_chi2 > 2.0) << wrong.median_chi2;
 }
 
-// ---- input that is no use -----------------------------------------------------------------------
-
 TEST(RefineWindow, AStartThatIsNotFiniteIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   WindowState broken = trueState(exact);
@@ -218,8 +212,6 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   pre[4].covariance.setZero();
   EXPECT_FALSE(refineWindow(input, {}, truth).valid);
 }
-
-// ---- biases and lines ---------------------------------------------------------------------------
 
 TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   const ExactWindow exact = makeExactWindow(noisy(9));

@@ -57,8 +57,6 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
   EXPECT_LT((state.gyro_bias - truth.gyro_bias).norm(), 1e-7 * truth.gyro_bias.norm() + 1e-8);
 }
 
-// --- the same problem in Ceres: every track has its parameters ----------------------------------
-
 // A line by two points on it: redundant parameters, the same residuals and minimum.
 struct CeresLine {
   LineView view;

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
@@ -9,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/window_solver.h"
 
@@ -120,6 +123,14 @@ class FakeSolver : public WindowSolver {
 inline FakeSolver makePerfectSolver(const std::string& name, const Circle& circle = Circle()) {
   return FakeSolver(name,
                     [circle](const InitWindow& window) { return perfectResult(window, circle); });
+}
+
+inline ProtocolResult run(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
+                          const ProtocolOptions& options = {},
+                          const ProgressCallback& progress = {}) {
+  ProtocolResult result;
+  EXPECT_EQ(runProtocol(sequence, solvers, options, progress, &result), "");
+  return result;
 }
 
 }  // namespace slim_init::evaluation

@@ -23,18 +23,18 @@ int trialsAccountedFor(const ProtocolCounts& c) {
          c.invalid;
 }
 
-ProtocolResult run(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
-                   const ProtocolOptions& options = {}, const ProgressCallback& progress = {}) {
-  ProtocolResult result;
-  EXPECT_EQ(runProtocol(sequence, solvers, options, progress, &result), "");
-  return result;
-}
+class Protocol : public ::testing::Test {
+ protected:
+  const FakeSolver solver_ = makePerfectSolver("fake");
+  ProtocolOptions options_;
+};
+using AnytimeProtocol = Protocol;
+using ParallelProtocol = Protocol;
 
-TEST(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
+TEST_F(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
   // 10 s: 201 frames, 21 trials. A window takes 45 frame intervals, so the last start is frame 150.
   const Sequence sequence = makeCircleSequence(10.0);
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result = run(sequence, {&solver});
+  ProtocolResult result = run(sequence, {&solver_});
   EXPECT_EQ(result.counts.frames, 201);
   EXPECT_EQ(result.counts.trials, 21);
   EXPECT_EQ(result.counts.windows, 16);
@@ -56,7 +56,7 @@ TEST(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
   }
 }
 
-TEST(Protocol, EveryMethodGetsTheSameWindow) {
+TEST_F(Protocol, EveryMethodGetsTheSameWindow) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver first = makePerfectSolver("first");
   const FakeSolver second = makePerfectSolver("second");
@@ -68,58 +68,53 @@ TEST(Protocol, EveryMethodGetsTheSameWindow) {
   EXPECT_EQ(first.times, second.times);
 }
 
-TEST(Protocol, AWindowDoesNotDependOnWhatCameBefore) {
+TEST_F(Protocol, AWindowDoesNotDependOnWhatCameBefore) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver all = makePerfectSolver("all"), some = makePerfectSolver("some");
-  ProtocolOptions options;
-  run(sequence, {&all}, options);
-  options.stride = 30;
-  run(sequence, {&some}, options);
+  run(sequence, {&all}, options_);
+  options_.stride = 30;
+  run(sequence, {&some}, options_);
   ASSERT_GE(some.times.size(), 2u);
   EXPECT_EQ(all.times[3], some.times[1]);
 }
 
-TEST(Protocol, HonoursKeyframesAndLimit) {
+TEST_F(Protocol, HonoursKeyframesAndLimit) {
   const Sequence sequence = makeCircleSequence(10.0);
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolOptions options;
-  options.window.keyframes = 5;
-  options.window.min_keyframes = 4;  // smaller windows are possible but do not count
-  options.max_windows = 3;
-  ProtocolResult result = run(sequence, {&solver}, options);
+  options_.window.keyframes = 5;
+  options_.window.min_keyframes = 4;  // smaller windows are possible but do not count
+  options_.max_windows = 3;
+  ProtocolResult result = run(sequence, {&solver_}, options_);
   EXPECT_EQ(result.counts.windows, 3);
   EXPECT_EQ(result.counts.trials, 3);
-  for (const auto& times : solver.times) EXPECT_EQ(times.size(), 5u);
+  for (const auto& times : solver_.times) EXPECT_EQ(times.size(), 5u);
 }
 
-TEST(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {
+TEST_F(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {
   Sequence sequence = makeCircleSequence(10.0);
   // Keyframes of the windows fall on every fifth frame from 0 on.
   sequence.truth[100].t = kNotComputed;
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result = run(sequence, {&solver});
+  ProtocolResult result = run(sequence, {&solver_});
   // Starts 60, 70, 80, 90, 100 hold frame 100.
   EXPECT_EQ(result.counts.without_truth, 5);
   EXPECT_EQ(result.counts.windows, 11);
-  EXPECT_EQ(solver.windows.size(), 11u);
+  EXPECT_EQ(solver_.windows.size(), 11u);
   EXPECT_EQ(trialsAccountedFor(result.counts), 21);
   for (const WindowRecord& window : result.windows) {
     EXPECT_TRUE(window.trial < 6 || window.trial > 10) << window.trial;
   }
 }
 
-TEST(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
+TEST_F(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
   Sequence sequence = makeCircleSequence(12.0);
   std::vector<ImuSample> imu;
   for (const ImuSample& sample : sequence.imu) {
     if (sample.t < 5.01 || sample.t > 5.2) imu.push_back(sample);
   }
   sequence.imu = imu;
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result = run(sequence, {&solver});
+  ProtocolResult result = run(sequence, {&solver_});
   EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
   std::set<double> starts;
-  for (const auto& times : solver.times) {
+  for (const auto& times : solver_.times) {
     EXPECT_FALSE(times.front() < 5.01 && times.back() > 5.2) << times.front();
     EXPECT_TRUE(starts.insert(times.front()).second) << "window solved twice";
   }
@@ -127,35 +122,33 @@ TEST(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
 }
 
 // What is measured is what runs: the limits of the IMU hold for recordings as well.
-TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
+TEST_F(Protocol, ImuGlitchesAreDroppedAndCounted) {
   Sequence sequence = makeCircleSequence(6.0);
   for (ImuSample& sample : sequence.imu) {
     if (std::abs(sample.t - 1.0) < 1e-3) sample.accel.y() = 400.0;
   }
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolOptions options;
-  options.max_windows = 1;
-  ProtocolResult result = run(sequence, {&solver}, options);
+  options_.max_windows = 1;
+  ProtocolResult result = run(sequence, {&solver_}, options_);
   EXPECT_EQ(result.counts.windows, 1);
   EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 1);
 
-  options.imu.max_accel = 500.0;
-  result = run(sequence, {&solver}, options);
+  options_.imu.max_accel = 500.0;
+  result = run(sequence, {&solver_}, options_);
   EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 0);
   // A step that no body makes is screened as it is in a host, within the limits too.
   for (ImuSample& sample : sequence.imu) {
     if (sample.accel.y() == 400.0) sample.accel.y() = 100.0;
   }
-  options.imu = ImuLimits();
-  result = run(sequence, {&solver}, options);
+  options_.imu = ImuLimits();
+  result = run(sequence, {&solver_}, options_);
   EXPECT_EQ(result.counts.windows, 1);
   EXPECT_EQ(result.dropped.imu[AddStatus::kGlitch], 1);
-  options.imu.max_accel = 16.0;
-  EXPECT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result),
+  options_.imu.max_accel = 16.0;
+  EXPECT_EQ(runProtocol(sequence, {&solver_}, options_, nullptr, &result),
             "imu.max_accel is 16, must be in [19.6, inf]");
 }
 
-TEST(Protocol, LongFrameGapInterrupts) {
+TEST_F(Protocol, LongFrameGapInterrupts) {
   Sequence sequence = makeCircleSequence(16.0);
   std::vector<FrameObservation> frames;
   std::vector<NavState> truth;
@@ -166,14 +159,13 @@ TEST(Protocol, LongFrameGapInterrupts) {
   }
   sequence.frames = frames;
   sequence.truth = truth;
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result = run(sequence, {&solver});
+  ProtocolResult result = run(sequence, {&solver_});
   EXPECT_GT(result.counts.interrupted, 0);
   EXPECT_GT(result.counts.windows, 8);
-  for (const auto& times : solver.times) EXPECT_NEAR(times.back() - times.front(), 2.25, 1e-9);
+  for (const auto& times : solver_.times) EXPECT_NEAR(times.back() - times.front(), 2.25, 1e-9);
 }
 
-TEST(Protocol, TimeOffsetOfTheCameraIsRespected) {
+TEST_F(Protocol, TimeOffsetOfTheCameraIsRespected) {
   Circle circle;
   Sequence sequence = makeCircleSequence(6.0, circle);
   sequence.calibration.td = 0.013;
@@ -187,7 +179,7 @@ TEST(Protocol, TimeOffsetOfTheCameraIsRespected) {
   EXPECT_NEAR(result.windows[0].methods[0].metrics.pose_rmse, 0.0, 1e-12);
 }
 
-TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
+TEST_F(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   const Sequence sequence = makeCircleSequence(3.0);
   const FakeSolver refuses("refuses", [](const InitWindow& window) {
     InitResult result = perfectResult(window);
@@ -215,15 +207,14 @@ TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   EXPECT_EQ(waiting.message, "2 tracks (minimum 8)");
 }
 
-TEST(Protocol, UnusableInputIsASentence) {
-  const FakeSolver solver = makePerfectSolver("fake");
+TEST_F(Protocol, UnusableInputIsASentence) {
   const Sequence good = makeCircleSequence(3.0);
   const auto expectNamed = [&](const std::string& words, auto change) {
     ProtocolOptions options;
     Sequence sequence = good;
     change(&options, &sequence);
     ProtocolResult result;
-    const std::string sentence = runProtocol(sequence, {&solver}, options, nullptr, &result);
+    const std::string sentence = runProtocol(sequence, {&solver_}, options, nullptr, &result);
     EXPECT_NE(sentence, "");
     expectParts(sentence, words);
   };
@@ -238,15 +229,14 @@ TEST(Protocol, UnusableInputIsASentence) {
   expectNamed("IMU sample 5", [](auto*, auto* bad) { bad->imu[5].t = bad->imu[4].t; });
   expectNamed("calibration.", [](auto*, auto* bad) { bad->calibration.focal_px = -1.0; });
   // No data at all is no error; there is just no window.
-  EXPECT_EQ(run(Sequence(), {&solver}).counts.trials, 0);
+  EXPECT_EQ(run(Sequence(), {&solver_}).counts.trials, 0);
 }
 
-TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
+TEST_F(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
   Sequence sequence = makeCircleSequence(6.0);
   sequence.has_truth = false;
   for (NavState& state : sequence.truth) state = NavState();
-  const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result = run(sequence, {&solver});
+  ProtocolResult result = run(sequence, {&solver_});
   EXPECT_FALSE(result.has_truth);
   ASSERT_EQ(result.windows.size(), 8u);
   for (const WindowRecord& window : result.windows) {
@@ -264,14 +254,13 @@ FakeSolver makePatientSolver(const std::string& name, int enough) {
   });
 }
 
-TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
+TEST_F(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver early = makePatientSolver("early", 0);
   const FakeSolver later = makePatientSolver("later", 7);
   const FakeSolver never = makePatientSolver("never", 99);
-  ProtocolOptions options;
-  options.first_keyframes = 4;
-  ProtocolResult result = run(sequence, {&early, &later, &never}, options);
+  options_.first_keyframes = 4;
+  ProtocolResult result = run(sequence, {&early, &later, &never}, options_);
   EXPECT_EQ(result.first_keyframes, 4);
   ASSERT_EQ(result.windows.size(), 8u);  // as many as without
   for (const WindowRecord& window : result.windows) {
@@ -297,12 +286,11 @@ TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
   }
 }
 
-TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
+TEST_F(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
   const FakeSolver never = makePatientSolver("never", 99);
-  ProtocolOptions options;
-  options.window = WindowOptions();
-  options.first_keyframes = options.window.min_keyframes;
-  ProtocolResult result = run(makeCircleSequence(6.0), {&never}, options);
+  options_.window = WindowOptions();
+  options_.first_keyframes = options_.window.min_keyframes;
+  ProtocolResult result = run(makeCircleSequence(6.0), {&never}, options_);
   ASSERT_EQ(result.windows.size(), 7u);
   for (const WindowRecord& window : result.windows) {
     EXPECT_EQ(window.keyframes, 15);
@@ -311,13 +299,13 @@ TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
   EXPECT_NEAR(never.times.front().back() - never.times.front().front(), 0.4, 1e-9);
   // Without growing only the full ones are asked for.
   const FakeSolver full = makePatientSolver("full", 0);
-  options.first_keyframes = 0;
-  result = run(makeCircleSequence(6.0), {&full}, options);
+  options_.first_keyframes = 0;
+  result = run(makeCircleSequence(6.0), {&full}, options_);
   ASSERT_EQ(full.times.size(), 7u);
   for (const auto& times : full.times) EXPECT_NEAR(times.back() - times.front(), 3.0, 1e-9);
 }
 
-TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
+TEST_F(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   // Too small by half at every other pair of images before 1.2 s; always sure of itself.
   const FakeSolver solver("wavering", [](const InitWindow& window) {
     InitResult result = perfectResult(window);
@@ -333,32 +321,30 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
     return result;
   });
   const Sequence sequence = makeCircleSequence(6.0);
-  ProtocolOptions options;
-  options.first_keyframes = 4;
-  options.max_windows = 1;
-  ProtocolResult result = run(sequence, {&solver}, options);
+  options_.first_keyframes = 4;
+  options_.max_windows = 1;
+  ProtocolResult result = run(sequence, {&solver}, options_);
   ASSERT_EQ(result.windows.size(), 1u);
   // At 1.4 s those of 1.2 and 1.3 s agree: six keyframes, the oldest at 0.15 s.
   EXPECT_TRUE(result.windows[0].methods[0].accepted());
   EXPECT_EQ(result.windows[0].methods[0].keyframes, 6);
   EXPECT_NEAR(result.windows[0].methods[0].data_s, 1.25, 1e-9);
   // A window that does not grow is asked once.
-  options.first_keyframes = 0;
-  result = run(sequence, {&solver}, options);
+  options_.first_keyframes = 0;
+  result = run(sequence, {&solver}, options_);
   for (const WindowRecord& window : result.windows) EXPECT_TRUE(window.methods[0].accepted());
 }
 
-TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
-  ProtocolOptions options;
+TEST_F(AnytimeProtocol, RefusesSizesThatCannotGrow) {
   for (const int first : {1, 3, 11}) {
-    options.first_keyframes = first;
-    expectParts(options.validate(), "first_keyframes is " + std::to_string(first));
+    options_.first_keyframes = first;
+    expectParts(options_.validate(), "first_keyframes is " + std::to_string(first));
   }
-  options.first_keyframes = 10;
-  EXPECT_EQ(options.validate(), "");
+  options_.first_keyframes = 10;
+  EXPECT_EQ(options_.validate(), "");
 }
 
-TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
+TEST_F(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   Sequence sequence = makeCircleSequence(15.0);
   sequence.truth[150].t = kNotComputed;  // some trials are none
   std::vector<std::string> files;
@@ -392,7 +378,7 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   EXPECT_EQ(static_cast<int>(progress[0].size()), total);
 }
 
-TEST(ParallelProtocol, SolvesAsManyWindowsAtOnceAsItHasThreads) {
+TEST_F(ParallelProtocol, SolvesAsManyWindowsAtOnceAsItHasThreads) {
   std::atomic<int> inside{0}, most{0};
   const FakeSolver solver("meets", [&](const InitWindow&) {
     most = std::max<int>(most, ++inside);
@@ -403,24 +389,22 @@ TEST(ParallelProtocol, SolvesAsManyWindowsAtOnceAsItHasThreads) {
     --inside;
     return InitResult();
   });
-  ProtocolOptions options;
-  options.threads = 3;
-  run(makeCircleSequence(6.0), {&solver}, options);
+  options_.threads = 3;
+  run(makeCircleSequence(6.0), {&solver}, options_);
   EXPECT_EQ(most, 3);
 }
 
-TEST(ParallelProtocol, TheLimitIsThatOfOneThread) {
+TEST_F(ParallelProtocol, TheLimitIsThatOfOneThread) {
   const VariedSolver solver("fake");
-  ProtocolOptions options;
-  options.threads = 4;
-  options.max_windows = 3;
-  ProtocolResult result = run(makeCircleSequence(10.0), {&solver}, options);
+  options_.threads = 4;
+  options_.max_windows = 3;
+  ProtocolResult result = run(makeCircleSequence(10.0), {&solver}, options_);
   EXPECT_EQ(result.counts.trials, 3);
   EXPECT_EQ(result.windows.size(), 3u);
   EXPECT_EQ(solver.solved, 3);
 }
 
-TEST(Protocol, CpuTimeCountsWorkAndNotSleep) {
+TEST_F(Protocol, CpuTimeCountsWorkAndNotSleep) {
   const FakeSolver works("works", [](const InitWindow&) {
     volatile double sum = 0.0;
     for (int i = 0; i < 4000000; ++i) sum = sum + std::sqrt(static_cast<double>(i));

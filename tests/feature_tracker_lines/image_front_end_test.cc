@@ -75,8 +75,6 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
   return outcome;
 }
 
-// --------------------------------------------------------------------------------------- accuracy
-
 TEST(FrontEndPoints, RichTextureWithoutNoise) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
   const Outcome outcome = run(&walk, smallOptions(), 30);
@@ -94,8 +92,6 @@ TEST(FrontEndPoints, RepetitiveBricksWithNoise) {
   EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.2);
   EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.04);
 }
-
-// ------------------------------------------------------------------------------- rolling shutter
 
 // A tremor of the hand turns the rows of one image by several pixels against each other, and
 // differently in the next one.
@@ -136,16 +132,14 @@ TEST(FrontEndRollingShutter, LinesAreThoseOfTheMiddleRow) {
 
 // The threshold follows the noise, in the dark as well.
 TEST(FrontEndPoints, BlankWallsGiveNone) {
-  struct Wall {
-    double brightness, noise, most_points;
-  };
-  for (const Wall& wall : {Wall{128.0, 4.0, 0.0}, Wall{20.0, 1.5, 2.0}}) {
-    const auto flat = [&wall](int, double, double) { return wall.brightness; };
+  for (const auto& [brightness, noise, most_points] :
+       {std::tuple(128.0, 4.0, 0.0), std::tuple(20.0, 1.5, 2.0)}) {
+    const auto flat = [light = brightness](int, double, double) { return light; };
     RoomWalk walk(smallCamera(), BoxRoom(kRoom, flat), Motion(), 1);
-    walk.noise = wall.noise;
+    walk.noise = noise;
     const Outcome outcome = run(&walk, smallOptions(), 5);
-    EXPECT_LE(outcome.points, wall.most_points) << wall.brightness;
-    EXPECT_EQ(outcome.lines, 0.0) << wall.brightness;
+    EXPECT_LE(outcome.points, most_points) << brightness;
+    EXPECT_EQ(outcome.lines, 0.0) << brightness;
   }
 }
 
@@ -336,7 +330,6 @@ TEST(FrontEndLines, NoMoreThanTheCap) {
   EXPECT_TRUE(without.last.lines.empty());
 }
 
-// Beside the pinhole of the other tests.
 TEST(FrontEndCameras, TrackThroughEveryLens) {
   CameraParameters wide = smallCamera(), mirror = smallCamera();
   wide.model = CameraModel::kKannalaBrandt;
@@ -354,8 +347,6 @@ TEST(FrontEndCameras, TrackThroughEveryLens) {
     EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.03);
   }
 }
-
-// -------------------------------------------------------------------------------------- gyro bias
 
 TEST(FrontEndBias, IsFoundFromTheTracksAndUsed) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
@@ -501,8 +492,6 @@ TEST(FrontEndBias, GapsAndLimitsOfTheImuAreThoseOfTheOptions) {
   }
 }
 
-// ------------------------------------------------------------------------------ what goes wrong
-
 class FrontEndFailures : public ::testing::Test {
  protected:
   FrontEndFailures()
@@ -588,8 +577,6 @@ TEST_F(FrontEndFailures, ResetForgetsAllButTheIds) {
   expectAllNew(before);
 }
 
-// ----------------------------------------------------------------------------------------- others
-
 class FrontEndProfiles : public testing::TestWithParam<TrackerProfile> {};
 
 INSTANTIATE_TEST_SUITE_P(Both, FrontEndProfiles,
@@ -653,8 +640,6 @@ TEST(FrontEnd, TheDebugImageShowsLines) {
   };
   EXPECT_GT(count(cv::Scalar(245, 110, 0), cv::Scalar(255, 130, 10)), 50);  // matched
 }
-
-// ------------------------------------------------------------------------------------------ mask
 
 TEST_P(FrontEndProfiles, NeitherPointsNorEndsOfLinesLieInTheMaskedArea) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 2);

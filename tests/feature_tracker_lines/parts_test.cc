@@ -56,8 +56,6 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat 
   return cornersOf(pyramid, factor, std::move(mask));
 }
 
-// ------------------------------------------------------------------------------------------ rows
-
 // A far point, seen in the row that is exposed when the camera has turned towards it.
 TEST(RowExposure, TurnsARayToTheMiddleRow) {
   RowExposure rows;
@@ -100,8 +98,6 @@ TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
   EXPECT_FALSE(camera.project(-Eigen::Vector3d::UnitZ(), &pixel));
   EXPECT_EQ(pixel, Eigen::Vector2d(1.0, 2.0));
 }
-
-// ----------------------------------------------------------------------------------------- noise
 
 TEST(ImageNoise, IsMeasuredOnFlatAndOnTexturedImages) {
   for (const double sigma : {1.0, 2.0, 5.0, 10.0}) {
@@ -147,8 +143,6 @@ TEST(ImageNoise, SaturatedAndTinyImagesHaveTheLeast) {
   EXPECT_EQ(measureNoise(flatImage(0.0, 0.0, 1)), kLeastNoise);
   EXPECT_EQ(measureNoise(cv::Mat(10, 10, CV_8UC1, cv::Scalar(99))), kLeastNoise);
 }
-
-// --------------------------------------------------------------------------------------- corners
 
 // The constant is what noise makes: well below it there are plenty. The noise of the levels above
 // is that of white noise that makes corners as strong.
@@ -221,8 +215,6 @@ TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   }
   EXPECT_EQ(corners.size(), 4U);
 }
-
-// ---------------------------------------------------------------------------------- patch anchor
 
 // Smooth texture about a centre, seen through an affine map.
 cv::Mat texture(const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine, double gain,
@@ -300,8 +292,6 @@ TEST(PatchAnchorTest, RefusesAnEdge) {
   cv::rectangle(image, cv::Rect(60, 0, 60, 120), cv::Scalar(120), cv::FILLED);
   EXPECT_TRUE(anchor.set(image, {60.0, 60.0}, 2.0));
 }
-
-// -------------------------------------------------------------------------------------- outliers
 
 struct Scene {
   std::vector<Eigen::Vector3d> rotated_before, before, now;
@@ -418,8 +408,6 @@ TEST(Fundamental, RaysFarOffTheAxisAreNotJudged) {
   EXPECT_EQ(fundamentalInliers(scene.before, scene.now, 460.0, 1.5).back(), 1);
 }
 
-// --------------------------------------------------------------------------------------- edge fit
-
 // One straight 3D edge: a plane through the camera centre parts bright from dark.
 cv::Mat edgeImage(const RowCamera& camera, const CameraParameters& size,
                   const Eigen::Vector3d& normal, double dark, double bright) {
@@ -449,7 +437,6 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   Eigen::Vector2d a, b, m;
   ASSERT_TRUE(camera.project(s, &a) && camera.project(e, &b) && camera.project(onPlane(0.0), &m));
   EXPECT_GT((0.5 * (a + b) - m).norm(), 4.0) << "the image of the edge is not curved";
-
   // Brighter at the side of `normal`: start x end has to point there. Begun 2 px off and tilted.
   const Eigen::Vector3d start = s.cross(e).dot(normal) > 0.0 ? s : e;
   const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
@@ -464,7 +451,6 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   ASSERT_TRUE(camera.project(edge.start, &pixel));
   EXPECT_LT((pixel - edge.start_pixel).norm(), 1e-9);
   EXPECT_NEAR(edge.length_px, (a - b).norm(), 5.0);
-
   // The other sense of brightness is another edge.
   EXPECT_FALSE(fitEdge(image, RowCamera(camera), end, start, 3.0, 0.5, 0.6, 0.5, &edge));
 }
@@ -583,9 +569,7 @@ TEST(LineDetectorTest, FollowsABendButNotACorner) {
   const std::vector<cv::Vec4f> bent = segmentsOf(image, 20.0);
   ASSERT_EQ(bent.size(), 1U);
   EXPECT_GT(lengthOf(bent[0]), 360.0);
-  for (const int end : {0, 2}) {
-    EXPECT_NEAR(bent[0][end + 1], height(bent[0][end]), 0.7);
-  }
+  for (const int end : {0, 2}) EXPECT_NEAR(bent[0][end + 1], height(bent[0][end]), 0.7);
   image.setTo(50);
   const std::vector<cv::Point> wedge = {{20, 200}, {188, 60}, {356, 200}};
   cv::fillConvexPoly(image, wedge, cv::Scalar(180));
@@ -611,8 +595,6 @@ TEST(LineDetectorTest, LengthContrastAndNoiseHaveTheirBounds) {
   EXPECT_EQ(segmentsOf(image, 25.0, 4.0).size(), 4U);
   EXPECT_EQ(segmentsOf(image, 25.0, 8.0).size(), 0U);
 }
-
-// ---------------------------------------------------------------------------------- point tracker
 
 // Where the anchor is as predicted, KLT is left out; a jump, or a point without a steady step
 // before, takes the long way and is found as well. A step that is longer since more time has passed
@@ -711,7 +693,6 @@ TEST(PointTrackerTest, CornersThatNoiseHidesAreTakenFromTheNextLevel) {
     EXPECT_GT(count(hidden, 1), 80) << step;
     EXPECT_LE(hidden.size(), 88U) << step;
   }
-  // Hidden there as well.
   EXPECT_LT(levelsOfCorners(rectangles(4.0), 4.0).size(), 5U);
 }
 

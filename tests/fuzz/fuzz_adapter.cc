@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The bytes are a host: any order of calls to the adapter, with any stamps and values.
-#include <algorithm>
 #include <vector>
 
 #include "observations.h"

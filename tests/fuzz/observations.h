@@ -103,9 +103,7 @@ inline StatePrior prior(NavState state, Bytes* bytes) {
 /// Four seconds of flight without errors, a frame each 0.1 s: what is solved, before it is changed.
 inline const ExactWindow& flight() {
   static const ExactWindow exact = [] {
-    ExactWindowOptions options;
-    options.keyframes = 40;
-    options.interval_s = 0.1;
+    ExactWindowOptions options = atTenHertz(40);
     options.points = 30;
     options.lines = 5;
     options.imu_rate_hz = 100.0;

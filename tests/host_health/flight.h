@@ -16,9 +16,7 @@ constexpr int kFrames = 40;      ///< of the flight
 
 /// At 10 Hz; `noise`: of the IMU, and 0.6 px of the tracks.
 inline ExactWindow flight(bool noise = false) {
-  ExactWindowOptions options;
-  options.keyframes = kFrames;
-  options.interval_s = 0.1;
+  ExactWindowOptions options = atTenHertz(kFrames);
   options.imu_noise = noise;
   if (noise) options.pixel_noise = 0.6;
   return makeExactWindow(options);

@@ -14,13 +14,13 @@
 #include <iostream>
 #include <limits>
 #include <map>
-#include <memory>
 #include <random>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "geometry/so3.h"
 #include "host_health/flight.h"
 #include "pose_residual.h"
 #include "slim_init/evaluation/recorded.h"
@@ -31,6 +31,7 @@
 #include "support/drawn_vector.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
+#include "support/text_parts.h"
 
 namespace slim_init::host_health {
 namespace {
@@ -41,20 +42,36 @@ using innovation_detail::PoseTrack;
 
 constexpr double kNoisePx = 0.6;
 
-Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {
-  if (v.norm() < 1e-12) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(v.norm(), v.normalized()).toRotationMatrix();
-}
-
 ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1, int keyframes = 40) {
-  ExactWindowOptions options;
+  ExactWindowOptions options = atTenHertz(keyframes);
   options.motion = motion;
-  options.keyframes = keyframes;
-  options.interval_s = 0.1;
   options.pixel_noise = pixel_noise;
   options.imu_noise = pixel_noise > 0.0;
   options.seed = seed;
   return makeExactWindow(options);
+}
+
+// Observations that belong to a texture and that do not, and how many of each are kept out.
+struct KeptOut {
+  int seen = 0, kept_out = 0, scene = 0, wronged = 0;
+  void add(const FrameObservation& frame, const std::set<FeatureId>& texture,
+           const std::vector<FeatureId>& moving) {
+    for (const PointObservation& point : frame.points) {
+      const bool moves = texture.count(point.id) > 0;
+      const int found = std::binary_search(moving.begin(), moving.end(), point.id) ? 1 : 0;
+      ++(moves ? seen : scene);
+      (moves ? kept_out : wronged) += found;
+    }
+  }
+};
+
+std::string named(double px, Motion motion) {
+  return std::to_string(px) + " px, motion " + std::to_string(static_cast<int>(motion));
+}
+
+void expectTheImuIsNotBlamed(int k, const Innovation& result) {
+  EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
+  EXPECT_NE(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
 }
 
 // A flight, with what is done to it.
@@ -67,11 +84,24 @@ struct Flight {
         imu(exact.imu.begin(), exact.imu.end()) {
     for (std::size_t k = 0; k < frames.size(); ++k) frames[k].t = truth[k].t;
   }
-  // Changes the samples in [first, last).
   void disturb(double first, double last, const std::function<void(ImuSample*)>& change) {
     for (ImuSample& sample : imu) {
       if (sample.t >= first && sample.t < last) change(&sample);
     }
+  }
+  // Adds a force [m/s^2] to the samples of the interval before a frame.
+  void pushInterval(int newest, double by) {
+    disturb(truth[static_cast<std::size_t>(newest) - 1].t,
+            truth[static_cast<std::size_t>(newest)].t,
+            [by](ImuSample* sample) { sample->accel.x() += by; });
+  }
+  // Keeps the points of frame `k` that `keep` names.
+  template <typename Keep>
+  void thin(std::size_t k, const Keep& keep) {
+    std::vector<PointObservation>& points = frames[k].points;
+    points.erase(std::remove_if(points.begin(), points.end(),
+                                [&](const auto& point) { return !keep(point.id); }),
+                 points.end());
   }
   // From frame `begin` on the given part of the tracks moves by (px, px/2) per frame; returns them.
   std::set<FeatureId> moveTexture(int begin, double part, double px) {
@@ -146,9 +176,12 @@ struct Flight {
     InnovationMonitor monitor;
     std::map<int, Innovation> result;
     for (int k = kHostFrames; k < static_cast<int>(frames.size()); ++k) {
-      result[k] = monitor.judge(optimized(k), predicted(k), frames, calibration, kNoisePx);
+      result[k] = judged(k, &monitor);
     }
     return result;
+  }
+  Innovation judged(int newest, InnovationMonitor* monitor) const {
+    return monitor->judge(optimized(newest), predicted(newest), frames, calibration, kNoisePx);
   }
 
   Calibration calibration;
@@ -237,10 +270,10 @@ TEST(Innovation, ResidualHasTheRightJacobian) {
     // Away from the truth, so that the residual is not zero.
     NavState pose = flight.truth[10];
     pose.p_w_b += Eigen::Vector3d(0.1, -0.05, 0.02);
-    pose.R_w_b = turnOf(Eigen::Vector3d(0.02, 0.05, -0.03)) * pose.R_w_b;
+    pose.R_w_b = expSO3(Eigen::Vector3d(0.02, 0.05, -0.03)) * pose.R_w_b;
     const auto residual = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
       NavState moved = pose;
-      moved.R_w_b = turnOf(d.head<3>()) * pose.R_w_b;
+      moved.R_w_b = expSO3(d.head<3>()) * pose.R_w_b;
       moved.p_w_b += d.tail<3>();
       PoseResidual result;
       EXPECT_TRUE(poseResidual(track, moved, flight.calibration, 1e-3, &result));
@@ -342,7 +375,7 @@ TEST(Innovation, EachKindOfDamageIsFound) {
           // Of the effect on the velocity of the interval.
           EXPECT_GT(result.accel_sigma * (end - begin), 0.4 * one.accel * damaged) << k;
           EXPECT_GT(result.gyro_sigma * (end - begin), 0.7 * one.gyro * damaged) << k;
-          EXPECT_NE(result.message.find("the IMU data are inconsistent"), std::string::npos);
+          expectParts(result.message, "the IMU data are inconsistent");
         }
         if (end < first || begin > last + 0.11) {
           EXPECT_EQ(result.culprit, Culprit::kNone) << k << ": " << result.message;
@@ -358,10 +391,8 @@ TEST(InnovationMonitor, SmallDamageThatGoesOnIsFoundInEachFrame) {
   int found = 0, damaged = 0, accused = 0, clean = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
     Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
-    for (FrameObservation& frame : flight.frames) {
-      frame.points.erase(std::remove_if(frame.points.begin(), frame.points.end(),
-                                        [](const auto& point) { return point.id % 2 != 0; }),
-                         frame.points.end());
+    for (std::size_t k = 0; k < flight.frames.size(); ++k) {
+      flight.thin(k, [](FeatureId id) { return id % 2 == 0; });
     }
     const double first = flight.truth[20].t + 0.05, last = first + 0.5;
     flight.disturb(first, last, [](ImuSample* sample) { sample->accel.x() -= 5.0; });
@@ -389,8 +420,7 @@ TEST(InnovationMonitor, SmallDamageThatGoesOnIsFoundInEachFrame) {
 TEST(Innovation, NearlyAllTracksSpeakAgainstTheImu) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
-    flight.disturb(flight.truth[19].t, flight.truth[20].t,
-                   [](ImuSample* sample) { sample->accel.x() += 20.0; });
+    flight.pushInterval(20, 20.0);
     const double shift = 3.7 * kNoisePx / flight.calibration.focal_px;
     for (PointObservation& point : flight.frames[20].points) {
       if (point.id % 4 != 0) continue;
@@ -409,16 +439,10 @@ TEST(InnovationMonitor, TracksThatAgreeWithBothDoNotSpeakForTheImu) {
   int found = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     Flight flight(flightOf(Motion::kExcited, kNoisePx, seed, 21));
-    for (int k = 0; k < 21; ++k) {
-      std::vector<PointObservation>& points = flight.frames[k].points;
-      points.erase(std::remove_if(points.begin(), points.end(),
-                                  [k](const auto& point) {
-                                    return point.id % 3 != 0 || (k < 18 && point.id % 10 < 4);
-                                  }),
-                   points.end());
+    for (std::size_t k = 0; k < 21; ++k) {
+      flight.thin(k, [k](FeatureId id) { return id % 3 == 0 && (k >= 18 || id % 10 >= 4); });
     }
-    flight.disturb(flight.truth[19].t, flight.truth[20].t,
-                   [](ImuSample* sample) { sample->accel.x() += 20.0; });
+    flight.pushInterval(20, 20.0);
     const Innovation result = flight.watch().at(20);
     EXPECT_NE(result.culprit, Culprit::kImages) << seed << ": " << result.message;
     found += result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear ? 1 : 0;
@@ -442,8 +466,7 @@ TEST(Innovation, ShortTracksSpeakAgainstTheImu) {
       }
     }
     EXPECT_EQ(flight.at(20).culprit, Culprit::kNone) << flight.at(20).message;
-    flight.disturb(flight.truth[19].t, flight.truth[20].t,
-                   [](ImuSample* sample) { sample->accel.x() += 30.0; });
+    flight.pushInterval(20, 30.0);
     EXPECT_EQ(flight.at(20).culprit, Culprit::kImu) << flight.at(20).message;
   }
 }
@@ -460,18 +483,11 @@ TEST(Innovation, AMovingTextureIsKeptOut) {
       for (const int newest : {22, 26}) {
         const Innovation result = flight.at(newest);
         EXPECT_EQ(result.culprit, Culprit::kImages) << newest << ": " << result.message;
-        int kept_out = 0, wronged = 0, seen = 0;
-        for (const PointObservation& point : flight.frames[newest].points) {
-          const bool moves = texture.count(point.id) > 0;
-          const bool found =
-              std::binary_search(result.moving.begin(), result.moving.end(), point.id);
-          seen += moves ? 1 : 0;
-          kept_out += moves && found ? 1 : 0;
-          wronged += !moves && found ? 1 : 0;
-        }
-        EXPECT_GE(kept_out, 0.9 * seen) << newest;
-        EXPECT_LE(wronged, 3) << newest;
-        EXPECT_GT(seen, 10);
+        KeptOut count;
+        count.add(flight.frames[newest], texture, result.moving);
+        EXPECT_GE(count.kept_out, 0.9 * count.seen) << newest;
+        EXPECT_LE(count.wronged, 3) << newest;
+        EXPECT_GT(count.seen, 10);
       }
     }
   }
@@ -482,14 +498,13 @@ TEST(Innovation, AMovingTextureIsKeptOut) {
 TEST(InnovationMonitor, ATextureThatIsAllThereIsIsNotTheScene) {
   for (const Motion motion : {Motion::kExcited, Motion::kHover, Motion::kConstantVelocity}) {
     for (const double px : {3.0, 6.0, 12.0, 30.0}) {
-      SCOPED_TRACE(std::to_string(px) + " px, motion " + std::to_string(static_cast<int>(motion)));
+      SCOPED_TRACE(named(px, motion));
       Flight flight(flightOf(motion, kNoisePx));
       const std::set<FeatureId> texture = flight.coverWithTexture(16, 0.75, px);
       std::map<FeatureId, int> kept_in;  // frames in a row in which a track was not kept out
       int seen = 0, used = 0;
       for (const auto& [k, result] : flight.watch()) {
-        EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
-        EXPECT_NE(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
+        expectTheImuIsNotBlamed(k, result);
         if (k < 16) continue;
         for (const FeatureId id : texture) {
           const bool found = std::binary_search(result.moving.begin(), result.moving.end(), id);
@@ -506,41 +521,31 @@ TEST(InnovationMonitor, ATextureThatIsAllThereIsIsNotTheScene) {
 
 // Tracks that were there before decide: the new ones are more, and agree with each other.
 TEST(InnovationMonitor, TheSceneBesideATextureDecides) {
-  int kept_out = 0, seen = 0, wronged = 0, scene = 0;
+  KeptOut count;
   for (unsigned seed = 1; seed <= 5; ++seed) {
     for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity}) {
       for (const double px : {2.0, 3.0, 6.0, 12.0}) {
-        SCOPED_TRACE(std::to_string(px) + " px, motion " +
-                     std::to_string(static_cast<int>(motion)) + ", seed " + std::to_string(seed));
+        SCOPED_TRACE(named(px, motion) + ", seed " + std::to_string(seed));
         Flight flight(flightOf(motion, kNoisePx, seed));
         const std::set<FeatureId> texture =
             flight.coverWithTexture(16, 0.7, px, 1000, Flight::Others::kTracked);
         for (const auto& [k, result] : flight.watch()) {
-          EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
-          EXPECT_NE(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
-          if (k < 20) continue;  // of two views they may be the scene
-          for (const PointObservation& point : flight.frames[k].points) {
-            const bool moves = texture.count(point.id) > 0;
-            const bool found =
-                std::binary_search(result.moving.begin(), result.moving.end(), point.id);
-            seen += moves ? 1 : 0;
-            kept_out += moves && found ? 1 : 0;
-            scene += moves ? 0 : 1;
-            wronged += !moves && found ? 1 : 0;
-          }
+          expectTheImuIsNotBlamed(k, result);
+          // Of two views they may be the scene.
+          if (k >= 20) count.add(flight.frames[k], texture, result.moving);
         }
       }
     }
   }
-  EXPECT_GT(scene, 10000);
-  EXPECT_GE(kept_out, 0.95 * seen);
-  EXPECT_LE(wronged, 0.05 * scene);
+  EXPECT_GT(count.scene, 10000);
+  EXPECT_GE(count.kept_out, 0.95 * count.seen);
+  EXPECT_LE(count.wronged, 0.05 * count.scene);
 }
 
 // A handful of tracks from before are where the IMU is, and what is new moves.
 TEST(Innovation, AFewTracksOfTheSceneAreNotOutvoted) {
   constexpr int kOlder = 4;
-  const Eigen::Matrix3d turn = turnOf(Eigen::Vector3d(0.03, 0.02, 0.0));
+  const Eigen::Matrix3d turn = expSO3(Eigen::Vector3d(0.03, 0.02, 0.0));
   for (unsigned seed = 1; seed <= 10; ++seed) {
     Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
     std::set<FeatureId> older;
@@ -562,7 +567,7 @@ TEST(Innovation, AFewTracksOfTheSceneAreNotOutvoted) {
 TEST(Innovation, AFewTracksOfAViewThatMovesAreNotDamage) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
-    const Eigen::Matrix3d turn = turnOf(Eigen::Vector3d(0.03, 0.02, 0.0));
+    const Eigen::Matrix3d turn = expSO3(Eigen::Vector3d(0.03, 0.02, 0.0));
     for (std::size_t k = 0; k <= 20; ++k) {
       for (PointObservation& point : flight.frames[k].points) {
         const double shift = 0.05 * static_cast<double>((k + point.id) % 3);
@@ -586,8 +591,7 @@ TEST(InnovationMonitor, YoungTracksOfATextureAreNotDamage) {
   for (const Motion motion : {Motion::kExcited, Motion::kHover}) {
     for (const double px : {2.0, 3.0, 6.0, 12.0}) {
       for (const int life : {3, 4, 5}) {
-        SCOPED_TRACE(std::to_string(px) + " px, " + std::to_string(life) + " frames, motion " +
-                     std::to_string(static_cast<int>(motion)));
+        SCOPED_TRACE(named(px, motion) + ", " + std::to_string(life) + " frames");
         Flight flight(flightOf(motion, kNoisePx));
         flight.coverWithTexture(16, 0.75, px, life);
         for (const auto& [k, result] : flight.watch()) {
@@ -627,16 +631,12 @@ TEST(InnovationMonitor, AFrameThatDamageHasSpoiledIsNotAViewThatMoves) {
       SCOPED_TRACE(std::to_string(metres) + " m, seed " + std::to_string(seed));
       Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
       InnovationMonitor monitor;
-      const auto judged = [&flight, &monitor](int k) {
-        return monitor.judge(flight.optimized(k), flight.predicted(k), flight.frames,
-                             flight.calibration, kNoisePx);
-      };
-      for (int k = kHostFrames; k <= kLast; ++k) judged(k);
+      for (int k = kHostFrames; k <= kLast; ++k) flight.judged(k, &monitor);
       flight.disturb(flight.truth[kLast].t, 1e9, [](ImuSample* one) { one->accel.x() += 15.0; });
       flight.states[kLast].p_w_b.x() += metres;
       flight.states[kLast].v_w_b.x() += 10.0 * metres;
-      flight.states[kLast].R_w_b *= turnOf(Eigen::Vector3d(0.0, 0.007, 0.0));
-      const Innovation next = judged(kLast + 1);
+      flight.states[kLast].R_w_b *= expSO3(Eigen::Vector3d(0.0, 0.007, 0.0));
+      const Innovation next = flight.judged(kLast + 1, &monitor);
       EXPECT_EQ(next.culprit, Culprit::kImu) << next.message;
       EXPECT_DOUBLE_EQ(next.damaged_since, flight.truth[kLast - 1].t);
       EXPECT_TRUE(next.moving.empty());
@@ -651,15 +651,8 @@ TEST(InnovationMonitor, AHostThatHasNeverAgreedDoesNotAccuseTheTracks) {
   const Flight healthy = flight;
   for (NavState& state : flight.states) state.p_w_b.setZero();
   InnovationMonitor fresh, known;
-  for (int k = 14; k < 18; ++k) {
-    known.judge(healthy.optimized(k), healthy.predicted(k), healthy.frames, healthy.calibration,
-                kNoisePx);
-  }
-  const auto judged = [&flight](InnovationMonitor* monitor) {
-    return monitor->judge(flight.optimized(18), flight.predicted(18), flight.frames,
-                          flight.calibration, kNoisePx);
-  };
-  const Innovation unknown = judged(&fresh), accused = judged(&known);
+  for (int k = 14; k < 18; ++k) healthy.judged(k, &known);
+  const Innovation unknown = flight.judged(18, &fresh), accused = flight.judged(18, &known);
   EXPECT_TRUE(unknown.moving.empty()) << unknown.message;
   EXPECT_GT(accused.moving.size(), 20u) << accused.message;
 }
@@ -684,7 +677,7 @@ TEST(Innovation, FewTracksAreNotJudged) {
   }
   const Innovation few = flight.at(20);
   EXPECT_EQ(few.culprit, Culprit::kNotJudged);
-  EXPECT_NE(few.message.find("7 tracks"), std::string::npos) << few.message;
+  expectParts(few.message, "7 tracks");
   EXPECT_TRUE(few.images.isFinite());
   flight.frames.clear();
   EXPECT_EQ(flight.at(20).culprit, Culprit::kNotJudged);
@@ -692,10 +685,10 @@ TEST(Innovation, FewTracksAreNotJudged) {
   std::vector<NavState> optimized = broken.optimized(20);
   optimized.back().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
   const PropagatedState predicted = broken.predicted(20);
-  EXPECT_EQ(innovationOf(optimized, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
-            Culprit::kNotJudged);
-  EXPECT_EQ(innovationOf({}, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
-            Culprit::kNotJudged);
+  for (const std::vector<NavState>& states : {optimized, std::vector<NavState>()}) {
+    EXPECT_EQ(innovationOf(states, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
+              Culprit::kNotJudged);
+  }
   EXPECT_EQ(
       InnovationMonitor().judge({}, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
       Culprit::kNotJudged);
@@ -733,8 +726,7 @@ TEST(InnovationMonitor, AWrongVelocityOfTheHostIsNotTheImu) {
   const std::map<int, Innovation> results = flight.watch();
   EXPECT_EQ(results.at(20).culprit, Culprit::kNone);
   EXPECT_EQ(results.at(21).culprit, Culprit::kUnclear) << results.at(21).message;
-  EXPECT_NE(results.at(21).message.find("the host's velocity is 1."), std::string::npos)
-      << results.at(21).message;
+  expectParts(results.at(21).message, "the host's velocity is 1.");
   for (int k = 22; k < 40; ++k) EXPECT_EQ(results.at(k).culprit, Culprit::kNone) << k;
 }
 
@@ -773,11 +765,11 @@ class HostErrors {
   }
   // `frame`: the index of step() that made its own error.
   NavState disturbed(const NavState& truth, std::size_t frame, const NavState& origin) const {
-    const Eigen::Matrix3d R = turnOf(tilt_);
+    const Eigen::Matrix3d R = expSO3(tilt_);
     NavState state = truth;
     state.p_w_b =
         origin.p_w_b + (1.0 + scale_) * (R * (truth.p_w_b - origin.p_w_b)) + jitter_[frame].second;
-    state.R_w_b = turnOf(jitter_[frame].first) * R * truth.R_w_b;
+    state.R_w_b = expSO3(jitter_[frame].first) * R * truth.R_w_b;
     state.v_w_b = (1.0 + scale_) * (R * truth.v_w_b) + velocity_;
     state.gyro_bias += gyro_bias_;
     state.accel_bias += accel_bias_;
@@ -844,11 +836,6 @@ bool readRecording(const std::string& name, double pixel_noise, Recording* recor
   return true;
 }
 
-// The recorded poses jump in some places, by more than the IMU measured: true innovations.
-bool truthJumps(const Recording& recording, std::size_t k, const PropagatedState& exact) {
-  return (exact.state.p_w_b - recording.truth[k].p_w_b).norm() > 0.015;
-}
-
 struct Alarms {
   int frames = 0, alarms = 0;
   std::string first;
@@ -884,7 +871,8 @@ Alarms alarmsOf(const Recording& recording, double sigma_px) {
                             &error);
     };
     if (!carry(from, &predicted) || !carry(exact_from, &exact)) continue;
-    if (truthJumps(recording, k, exact)) jumped = k;
+    // The recorded poses jump in some places, by more than the IMU measured: true innovations.
+    if ((exact.state.p_w_b - recording.truth[k].p_w_b).norm() > 0.015) jumped = k;
     const std::vector<FrameObservation> frames(
         recording.frames.begin() + static_cast<std::ptrdiff_t>(first),
         recording.frames.begin() + static_cast<std::ptrdiff_t>(k) + 1);

@@ -69,10 +69,7 @@ int observationsOf(const std::vector<Track>& tracks) {
 
 TEST(LineAgreement, TrueLinesAreKeptWholeWithNoiseAndAtAnyScale) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    options.pixel_noise = 0.7;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = makeExactWindow(seeded(seed, 0.7));
     for (const double scale : {1.0, 0.2, 5.0}) {
       WindowState state = trueState(exact);
       // The lever arm alone does not scale.

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <memory>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "slim_init/init_window.h"

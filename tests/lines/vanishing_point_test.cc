@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <limits>
 #include <numeric>
 
@@ -129,7 +128,6 @@ TEST(VanishingPoint, NeedsMinInliers) {
   const std::vector<WindowLine> too_few(lines.begin() + 1, lines.end());
   EXPECT_FALSE(estimateVanishingPoint(too_few, kSigmaLineRad, options).found);
   EXPECT_FALSE(estimateVanishingPoint({}, kSigmaLineRad, options).found);
-
   // Lines that miss every common direction do not add up to one.
   auto scattered = too_few;
   scattered.push_back(
@@ -180,7 +178,6 @@ TEST(VanishingPoint, BundleOfParallelImageLinesIsRefused) {
       estimateVanishingPoint(verticalLines(1.1 * bound_rad), kSigmaLineRad, fewLines()).found);
   EXPECT_FALSE(
       estimateVanishingPoint(verticalLines(0.9 * bound_rad), kSigmaLineRad, fewLines()).found);
-
   // The same by what the fit leaves, with no word about noise.
   std::mt19937 random(9);
   int found_wide = 0;

@@ -14,7 +14,7 @@
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
-#include "support/plain_method.h"
+#include "support/fed_initializer.h"
 #include "support/same_result.h"
 
 namespace slim_init {

@@ -47,8 +47,7 @@ TEST(Heap, DoesNotGrowWithTheNumberOfWindows) {
   ASSERT_GE(windows, 100);
   std::vector<ExactWindow> inputs;
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
+    ExactWindowOptions options = seeded(seed);
     // Refusals take other ways through the program.
     if (seed == 7) options.motion = Motion::kHover;
     if (seed == 8) options.points = 5;

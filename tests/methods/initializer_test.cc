@@ -14,14 +14,12 @@
 #include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
 #include "support/fed_initializer.h"
-#include "support/plain_method.h"
 
 namespace slim_init {
 namespace {
 
 using Eigen::Vector3d;
 
-// Ten keyframes at 0.22 s.
 InitializerOptions tenKeyframes() {
   InitializerOptions options;
   options.window.keyframes = options.window.min_keyframes = 10;

@@ -82,9 +82,7 @@ TEST(Threads, MethodsAtOnceGiveWhatEachGivesAlone) {
   for (const std::string& name : baselines::namesOf(baselines::methods())) {
     solvers.push_back(baselines::makeMethod(name, InitializerOptions()));
     for (const unsigned seed : {1u, 2u, 3u}) {
-      ExactWindowOptions options;
-      options.seed = seed;
-      const std::shared_ptr<const InitWindow> window = noisyWindow(options).window;
+      const std::shared_ptr<const InitWindow> window = noisyWindow(seeded(seed)).window;
       const auto fresh = baselines::makeMethod(name, InitializerOptions());
       tasks.push_back({solvers.back().get(), window, fresh->solve(*window)});
     }

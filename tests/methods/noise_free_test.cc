@@ -47,9 +47,7 @@ class NoiseFree : public ::testing::TestWithParam<std::string> {
 TEST_P(NoiseFree, RecoversEverythingForManyScenes) {
   ASSERT_NE(solver_, nullptr);
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    checkWindow(options, "seed " + std::to_string(seed));
+    checkWindow(seeded(seed), "seed " + std::to_string(seed));
   }
 }
 

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/so3.h"
@@ -17,8 +17,6 @@
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/fed_initializer.h"
-#include "support/newest_error.h"
-#include "support/plain_method.h"
 #include "support/true_state.h"
 #include "support/unlimited_budget.h"
 
@@ -172,23 +170,19 @@ TEST(Provisional, EveryGateRefusesOnItsOwn) {
   const InitResult answer = solve(exact, solverOptions());
   ASSERT_TRUE(answer.provisional()) << answer.message;
   EXPECT_FALSE(answer.success());
-  struct Bound {
-    GateName gate;
-    double ProvisionalOptions::*option;
-  };
-  for (const Bound& bound :
-       {Bound{GateName::kVelocitySigma, &ProvisionalOptions::max_velocity_sigma},
-        Bound{GateName::kTiltSigma, &ProvisionalOptions::max_tilt_sigma_deg},
-        Bound{GateName::kScaleSigma, &ProvisionalOptions::max_scale_sigma}}) {
-    const GateValue* gate = gateOf(answer, bound.gate);
-    ASSERT_NE(gate, nullptr) << toString(bound.gate);
-    EXPECT_TRUE(gate->passed && gate->enforced) << toString(bound.gate);
+  for (const auto& [name, option] :
+       {std::pair(GateName::kVelocitySigma, &ProvisionalOptions::max_velocity_sigma),
+        std::pair(GateName::kTiltSigma, &ProvisionalOptions::max_tilt_sigma_deg),
+        std::pair(GateName::kScaleSigma, &ProvisionalOptions::max_scale_sigma)}) {
+    const GateValue* gate = gateOf(answer, name);
+    ASSERT_NE(gate, nullptr) << toString(name);
+    EXPECT_TRUE(gate->passed && gate->enforced) << toString(name);
     InitializerOptions options = solverOptions();
-    options.provisional.*bound.option = 1.01 * gate->value;
-    EXPECT_TRUE(solve(exact, options).provisional()) << toString(bound.gate);
-    options.provisional.*bound.option = 0.99 * gate->value;
+    options.provisional.*option = 1.01 * gate->value;
+    EXPECT_TRUE(solve(exact, options).provisional()) << toString(name);
+    options.provisional.*option = 0.99 * gate->value;
     const InitResult refused = solve(exact, options);
-    EXPECT_EQ(refused.status, InitStatus::kScaleTooUncertain) << toString(bound.gate);
+    EXPECT_EQ(refused.status, InitStatus::kScaleTooUncertain) << toString(name);
     EXPECT_NE(refused.message.find("standard deviation"), std::string::npos) << refused.message;
   }
   // Of those that every answer has.
@@ -224,8 +218,6 @@ TEST(Provisional, SaysWhyThereIsNone) {
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional estimates");
 }
-
-// ---- what a host sees
 
 TEST(Provisional, AHostThatAsksForItGetsItFirst) {
   const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 11));

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/image_message.h"
+#include "support/frames.h"
 
 namespace slim_init::node {
 namespace {
@@ -205,13 +206,9 @@ TEST_F(ImagePipelineTest, AHostThatEstimatesTdGetsPointsWithAVelocity) {
     ImagePipeline pipeline(config, options_);
     int without = 0, with = 0;
     for (const TrackedFrame& tracked : run(&pipeline, 0.0)) {
-      for (const PointObservation& point : tracked.frame.points) {
-        const auto& before = tracked.previous.points;
-        const bool known =
-            std::any_of(before.begin(), before.end(),
-                        [&point](const PointObservation& p) { return p.id == point.id; });
-        ++(known ? with : without);
-      }
+      const int known = countIn(idSet(tracked.previous.points), tracked.frame.points);
+      with += known;
+      without += static_cast<int>(tracked.frame.points.size()) - known;
     }
     EXPECT_GT(with, 100);
     EXPECT_EQ(without > 0, !estimate_td) << without;

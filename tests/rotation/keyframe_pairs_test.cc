@@ -179,8 +179,7 @@ TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
 }
 
 TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
-  ExactWindowOptions window;
-  window.pixel_noise = 0.6;
+  const ExactWindowOptions window = seeded(1, 0.6);
   const ExactWindow exact = makeExactWindow(window);
   MultiGapProblem problem(*exact.window, nullptr, InertialOptions(), RigPrior());
   const int max_gap = kLongestGap;

@@ -24,8 +24,7 @@ double relativeError(const Vector3d& estimate, const Vector3d& truth) {
 TEST(MultiGapBias, BeatsDrtUnderNoise) {
   std::vector<double> ours, drt;
   for (unsigned seed = 1; seed <= 30; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
+    const ExactWindowOptions options = seeded(seed);
     const ExactWindow exact = noisyWindow(options);
     ours.push_back(relativeError(robustBiasOf(*exact.window).gyro_bias, options.gyro_bias));
     drt.push_back(relativeError(

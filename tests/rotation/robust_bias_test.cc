@@ -22,9 +22,7 @@ using Eigen::Vector3d;
 constexpr unsigned kWindows = 20;
 
 ExactWindowOptions noisy(unsigned seed) {
-  ExactWindowOptions options;
-  options.seed = seed;
-  options.pixel_noise = 0.6;
+  ExactWindowOptions options = seeded(seed, 0.6);
   options.imu_noise = true;
   return options;
 }
@@ -107,8 +105,7 @@ Corrupted withCoherentOutliers(const ExactWindow& exact, double share, unsigned 
 
 TEST(RobustBias, NoiseFreeRecovery) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
+    const ExactWindowOptions options = seeded(seed);
     const ExactWindow exact = makeExactWindow(options);
     InertialOptions inertial;
     inertial.gyro_bias_prior = 100.0;  // its pull towards zero is all that is left

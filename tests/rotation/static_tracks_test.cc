@@ -17,9 +17,7 @@ using Eigen::Vector3d;
 const Vector3d kGyroBias = ExactWindowOptions().gyro_bias;
 
 ExactWindowOptions excited() {
-  ExactWindowOptions options;
-  options.keyframes = 15;
-  options.interval_s = 0.1;
+  ExactWindowOptions options = atTenHertz(15);
   options.pixel_noise = 0.6;  // one sigma
   options.imu_noise = true;
   return options;

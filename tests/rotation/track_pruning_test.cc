@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "slim_init/options.h"
 #include "support/exact_window.h"
 #include "support/robust_bias.h"
 

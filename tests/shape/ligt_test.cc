@@ -54,9 +54,7 @@ TEST(Ligt, RowVanishesForThreeViewsOfAPoint) {
 
 TEST(Ligt, NoiseFreeCentresAreExact) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = makeExactWindow(seeded(seed));
     const Truth truth = cameraTruth(exact);
     const TranslationEstimate points = estimateTranslations(*exact.window, truth.R_c0_ck);
     ASSERT_TRUE(points.valid);
@@ -66,9 +64,7 @@ TEST(Ligt, NoiseFreeCentresAreExact) {
 }
 
 TEST(Ligt, NoisyCentresStayNear) {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  const ExactWindow exact = makeExactWindow(options);
+  const ExactWindow exact = makeExactWindow(seeded(1, 0.6));
   const Truth truth = cameraTruth(exact);
   const TranslationEstimate estimate = estimateTranslations(*exact.window, truth.R_c0_ck);
   ASSERT_TRUE(estimate.valid);

@@ -140,8 +140,6 @@ void expectSame(const std::vector<FrameObservation>& a, const std::vector<FrameO
   }
 }
 
-// ---- seeds and streams
-
 TEST(FeatureStreams, EqualSeedsGiveEqualBytesOfIndependentStreams) {
   const Scene s = scene("circle", WorldKind::kRoom);
   FeatureSimulationOptions options;
@@ -159,8 +157,6 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesOfIndependentStreams) {
   for (const FrameObservation& f : points) ASSERT_TRUE(f.lines.empty());
   for (const FrameObservation& f : lines) ASSERT_TRUE(f.points.empty());
 }
-
-// ---- projection
 
 TEST(FeatureProjection, NoiseFreeObservationsAreProjectionsOfOneVisiblePoint) {
   const Scene s = scene("figure-eight", WorldKind::kRoom);
@@ -217,8 +213,6 @@ TEST(FeatureProjection, NoiseFreeLinesLieOnTheirSegmentAndInTheImage) {
   EXPECT_GT(lines, 1000);
 }
 
-// ---- occlusion
-
 // A camera at the origin, a box of 1 m before it at 3 m, points and a segment at 6 m.
 Scene boxScene() {
   Scene s;
@@ -229,7 +223,15 @@ Scene boxScene() {
   return s;
 }
 
-TEST(FeatureOcclusion, WhatIsHiddenIsNotObserved) {
+class FeatureOcclusion : public ::testing::Test {
+ protected:
+  FeatureSimulationOptions options_ = noiseFree();
+};
+using FeatureTracks = FeatureOcclusion;
+using FeatureErrors = FeatureOcclusion;
+using LineErrors = FeatureOcclusion;
+
+TEST_F(FeatureOcclusion, WhatIsHiddenIsNotObserved) {
   Scene s = boxScene();
   s.world.segments = {Segment{{6.0, -0.9, 0.0}, {6.0, 0.9, 0.0}}};
   s.world.points = {{6.0, 0.0, 0.0}, {6.0, 2.0, 0.0}, {3.0, 0.1, 0.1}, {6.0, 0.5, -0.3}};
@@ -244,7 +246,7 @@ TEST(FeatureOcclusion, WhatIsHiddenIsNotObserved) {
   }
 }
 
-TEST(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
+TEST_F(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
   Scene s = boxScene();
   s.world.points = {{6.0, 0.0, 0.0}};
   // Sideways past the box at 0.5 m/s: its back face at 4 m hides the point at 6 m while |y| < 1.5.
@@ -253,9 +255,8 @@ TEST(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
     k.p_w_b = Eigen::Vector3d(0.0, -2.0 + 0.5 * t, 0.0);
     return k;
   });
-  FeatureSimulationOptions options = noiseFree();
-  options.track_life = 1e6;
-  const auto frames = s.run(options, 160);
+  options_.track_life = 1e6;
+  const auto frames = s.run(options_, 160);
   for (const FrameObservation& frame : frames) {
     const double y = -2.0 + 0.5 * frame.t;
     const bool hidden = std::abs(y) < 1.5;
@@ -266,12 +267,11 @@ TEST(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
   }
 }
 
-TEST(FeatureOcclusion, OfAHalfHiddenSegmentTheVisibleHalfIsObserved) {
+TEST_F(FeatureOcclusion, OfAHalfHiddenSegmentTheVisibleHalfIsObserved) {
   Scene s = boxScene();
   s.world.segments = {Segment{{6.0, 0.0, 0.0}, {6.0, 4.0, 0.0}}};
-  FeatureSimulationOptions options = noiseFree();
-  options.line_slide = 0.0;
-  const auto frames = s.run(options, 20);
+  options_.line_slide = 0.0;
+  const auto frames = s.run(options_, 20);
   // The front face at 3 m hides y < 1 at 6 m; nine samples stand 0.5 m apart.
   const PinholeCamera camera;
   for (const FrameObservation& frame : frames) {
@@ -283,13 +283,12 @@ TEST(FeatureOcclusion, OfAHalfHiddenSegmentTheVisibleHalfIsObserved) {
   }
 }
 
-TEST(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
+TEST_F(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
   Scene s = boxScene();
   s.world.obstacles.clear();
   s.world.segments = {Segment{{-5.0, 0.5, -0.4}, {8.0, 0.5, -0.4}}};  // passes the camera
-  FeatureSimulationOptions options = noiseFree();
-  options.line_slide = 0.0;
-  for (const FrameObservation& frame : s.run(options, 5)) {
+  options_.line_slide = 0.0;
+  for (const FrameObservation& frame : s.run(options_, 5)) {
     ASSERT_EQ(frame.lines.size(), 1U);
     const LineObservation& o = frame.lines[0];
     EXPECT_EQ(findSegment(s, frame.t, o), 0);
@@ -299,9 +298,7 @@ TEST(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
   }
 }
 
-// ---- tracks
-
-TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
+TEST_F(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
   const Scene s = scene("circle", WorldKind::kHall);
   FeatureSimulationOptions options;
   options.outlier_rate = 0.1;
@@ -326,7 +323,7 @@ TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
   check(&FrameObservation::lines, counts.line_tracks);
 }
 
-TEST(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
+TEST_F(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
   const Scene s = scene("circle", WorldKind::kRoom);
   for (const FrameObservation& frame : s.run(FeatureSimulationOptions())) {
     EXPECT_LE(frame.points.size(), 100U);
@@ -336,14 +333,13 @@ TEST(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
   }
 }
 
-TEST(FeatureTracks, NewPointsKeepTheirDistance) {
+TEST_F(FeatureTracks, NewPointsKeepTheirDistance) {
   const Scene s = scene("figure-eight", WorldKind::kRoom);
-  FeatureSimulationOptions options = noiseFree();
-  options.max_points = 150;
+  options_.max_points = 150;
   for (const double distance : {15.0, 30.0}) {
-    options.min_point_distance = distance;
+    options_.min_point_distance = distance;
     std::set<FeatureId> seen;
-    for (const FrameObservation& frame : s.run(options)) {
+    for (const FrameObservation& frame : s.run(options_)) {
       for (const PointObservation& o : frame.points) {
         if (!seen.insert(o.id).second) continue;
         for (const PointObservation& other : frame.points) {
@@ -355,7 +351,7 @@ TEST(FeatureTracks, NewPointsKeepTheirDistance) {
   }
 }
 
-TEST(FeatureTracks, MeanLifeIsAsAskedFromTheFirstFrameOn) {
+TEST_F(FeatureTracks, MeanLifeIsAsAskedFromTheFirstFrameOn) {
   const Scene s = stillScene();
   for (const double life : {1.0, 12.0, 36.0}) {
     FeatureSimulationOptions options = noiseFree();
@@ -384,8 +380,6 @@ TEST(FeatureTracks, MeanLifeIsAsAskedFromTheFirstFrameOn) {
   }
 }
 
-// ---- point errors
-
 // Observations minus the noise-free ones of the same tracks.
 std::vector<Eigen::Vector2d> pointErrors(const std::vector<FrameObservation>& frames,
                                          const std::vector<FrameObservation>& exact) {
@@ -398,12 +392,11 @@ std::vector<Eigen::Vector2d> pointErrors(const std::vector<FrameObservation>& fr
   return errors;
 }
 
-TEST(FeatureErrors, PixelNoiseHasTheSigmaGiven) {
+TEST_F(FeatureErrors, PixelNoiseHasTheSigmaGiven) {
   const Scene s = stillScene();
-  FeatureSimulationOptions options = noiseFree();
-  const auto exact = s.run(options, 500);
-  options.pixel_noise = 0.6;
-  const auto errors = pointErrors(s.run(options, 500), exact);
+  const auto exact = s.run(options_, 500);
+  options_.pixel_noise = 0.6;
+  const auto errors = pointErrors(s.run(options_, 500), exact);
   const double n = static_cast<double>(errors.size());
   ASSERT_GT(n, 40000.0);
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -435,11 +428,10 @@ std::map<FeatureId, std::vector<Eigen::Vector2d>> stepsOf(
   return steps;
 }
 
-TEST(FeatureErrors, DriftIsARandomWalkFromTheFirstSighting) {
+TEST_F(FeatureErrors, DriftIsARandomWalkFromTheFirstSighting) {
   const Scene s = stillScene();
-  FeatureSimulationOptions options = noiseFree();
-  options.drift = 0.04;
-  const auto frames = s.run(options, 500);
+  options_.drift = 0.04;
+  const auto frames = s.run(options_, 500);
   for (const PointObservation& o : frames[0].points) EXPECT_GE(findPoint(s, 0.0, o), 0);
   double sum = 0.0, lagged = 0.0, n = 0.0;
   for (const auto& track : stepsOf(frames)) {
@@ -454,13 +446,12 @@ TEST(FeatureErrors, DriftIsARandomWalkFromTheFirstSighting) {
   EXPECT_NEAR(lagged / n, 0.0, 0.0016 * 5.0 / std::sqrt(n));
 }
 
-TEST(FeatureErrors, OutliersSlideAtConstantVelocityInTheShareGiven) {
+TEST_F(FeatureErrors, OutliersSlideAtConstantVelocityInTheShareGiven) {
   const Scene s = stillScene();
-  FeatureSimulationOptions options = noiseFree();
-  options.outlier_rate = 0.2;
-  options.outlier_speed = 0.8;
+  options_.outlier_rate = 0.2;
+  options_.outlier_speed = 0.8;
   FeatureSimulationCounts counts;
-  const auto frames = s.run(options, 1000, &counts);
+  const auto frames = s.run(options_, 1000, &counts);
   int sliding = 0;
   double squared_speed = 0.0;
   const auto all_steps = stepsOf(frames);
@@ -482,18 +473,15 @@ TEST(FeatureErrors, OutliersSlideAtConstantVelocityInTheShareGiven) {
   EXPECT_EQ(clean.outlier_tracks, 0);
 }
 
-// ---- line errors
-
-TEST(LineErrors, EndPointsSlideAlongTheLine) {
+TEST_F(LineErrors, EndPointsSlideAlongTheLine) {
   Scene s = boxScene();
   s.world.obstacles.clear();
   s.world.segments = {Segment{{6.0, -2.0, 0.5}, {6.0, 2.0, 0.5}}};
-  FeatureSimulationOptions options = noiseFree();
-  options.line_slide = 0.25;
+  options_.line_slide = 0.25;
   const PinholeCamera c;
   double min_cut = 1.0, max_cut = 0.0, sum = 0.0, product = 0.0;
   const int kFrames = 2000;
-  for (const FrameObservation& frame : s.run(options, kFrames)) {
+  for (const FrameObservation& frame : s.run(options_, kFrames)) {
     ASSERT_EQ(frame.lines.size(), 1U);
     const double start = (c.cx - frame.lines[0].start_pixel.x()) / c.fx * 6.0;  // world y
     const double end = (c.cx - frame.lines[0].end_pixel.x()) / c.fx * 6.0;
@@ -515,12 +503,11 @@ TEST(LineErrors, EndPointsSlideAlongTheLine) {
   EXPECT_NEAR(product / kFrames, 0.0, 5.0 * sigma * sigma / std::sqrt(1.0 * kFrames));
 }
 
-TEST(LineErrors, EndPointNoiseHasTheSigmaGiven) {
+TEST_F(LineErrors, EndPointNoiseHasTheSigmaGiven) {
   const Scene s = stillScene(0);
-  FeatureSimulationOptions options = noiseFree();
-  const auto exact = s.run(options, 800);
-  options.line_noise = 0.7;
-  const auto frames = s.run(options, 800);
+  const auto exact = s.run(options_, 800);
+  options_.line_noise = 0.7;
+  const auto frames = s.run(options_, 800);
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
   double n = 0.0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -537,7 +524,7 @@ TEST(LineErrors, EndPointNoiseHasTheSigmaGiven) {
   EXPECT_NEAR(squares.y() / n, 0.49, 0.49 * 5.0 * std::sqrt(2.0 / n));
 }
 
-TEST(LineErrors, ConfidenceGrowsWithLength) {
+TEST_F(LineErrors, ConfidenceGrowsWithLength) {
   const Scene s = scene("circle", WorldKind::kRoom);
   double sum[2] = {}, count[2] = {};  // of short and of long lines
   for (const FrameObservation& frame : s.run(FeatureSimulationOptions())) {

@@ -254,7 +254,6 @@ TEST(RenderingRun, ProblemsAreSaid) {
   EXPECT_EQ(Renderer::start(shiningScene(), camera, {turnedPose()}, options, &error), nullptr);
   expectParts(error, "'no-such-renderer'|package povray");
   EXPECT_FALSE(povrayAvailable("no-such-renderer", &error));
-
   // A program that writes a reason and fails.
   folder.write("broken", "#!/bin/sh\necho Parse Error in line 7\nexit 3\n");
   std::filesystem::permissions(folder.file("broken"), std::filesystem::perms::owner_all);
@@ -305,8 +304,6 @@ TEST(EquidistantView, HoldsEveryPixel) {
   EXPECT_FALSE(makeEquidistantView(Camera(wide), &view, &error));
   expectParts(error, "87.5 deg");
 }
-
-// --- The sensor ----------------------------------------------------------------------------------
 
 SensorOptions idealSensor() {
   SensorOptions options;

@@ -42,9 +42,13 @@ std::unique_ptr<evaluation::ImageSequence> opened(const std::string& path) {
   return sequence;
 }
 
-TEST(Simulate, WritesASequenceThatIsReadBack) {
-  NEEDS_POVRAY();
+class Simulate : public ::testing::Test {
+ protected:
   const ScratchFolder folder;
+};
+
+TEST_F(Simulate, WritesASequenceThatIsReadBack) {
+  NEEDS_POVRAY();
   const ProgramRun run = runProgram(folder, smallSequence(folder.file("seq")));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");  // no progress bar in a pipe
@@ -62,7 +66,6 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_LE(sequence->imu().front().t, sequence->imageTime(0));
   EXPECT_GE(sequence->imu().back().t, sequence->imageTime(6));
   EXPECT_TRUE(sequence->hasVelocityAndBias());
-
   // The truth is the motion.
   std::string error;
   const auto motion = simulation::makeBuiltinTrajectory(
@@ -93,7 +96,6 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
   // Nothing of the renderer stays.
   const std::filesystem::directory_iterator entries(folder.file("seq"));
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
-
   // The same again gives the same bytes; into a folder that has images it does not write.
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("again"), {"--threads", "2"})).exit_code,
             0);
@@ -110,9 +112,8 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
 
 // The middle row sees what a global shutter sees, the first and the last one do not; the folder
 // says so, and what reads it knows.
-TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
+TEST_F(Simulate, ARollingShutterIsDrawnRowByRow) {
   NEEDS_POVRAY();
-  const ScratchFolder folder;
   const std::vector<std::string> clean = {"--read-noise", "0",   "--shot-noise", "0",
                                           "--duration",   "0.2", "--builtin",    "figure-eight"};
   const auto simulate = [&](const char* name, const std::vector<std::string>& more) {
@@ -144,15 +145,14 @@ TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
   EXPECT_EQ(cv::norm(global->image(0, &error), simulate("again", {})->image(0, &error)), 0.0);
 }
 
-TEST(Simulate, MotionBlurAveragesOverTheExposure) {
+TEST_F(Simulate, MotionBlurAveragesOverTheExposure) {
   NEEDS_POVRAY();
-  const ScratchFolder folder;
   const std::vector<std::string> clean = {"--read-noise", "0", "--shot-noise", "0"};
   std::vector<std::string> blurred = clean;
   blurred.insert(blurred.end(), {"--motion-blur", "50"});
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("sharp"), clean)).exit_code, 0);
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("blurred"), blurred)).exit_code, 0);
-  const auto energy = [&folder](const char* name) {
+  const auto energy = [this](const char* name) {
     const auto sequence = opened(folder.file(name));
     double sum = 0.0;
     for (std::size_t k = 0; k < sequence->images(); ++k) {
@@ -166,12 +166,11 @@ TEST(Simulate, MotionBlurAveragesOverTheExposure) {
   EXPECT_LT(energy("blurred"), 0.9 * energy("sharp"));
 }
 
-TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
+TEST_F(Simulate, RecordingKeepsItsImuAndImageTimes) {
   NEEDS_POVRAY();
   const std::string data = SLIM_INIT_SHARED_DATA;
   // The EuRoC recordings are not part of the repository (their licence is not ours).
   if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
-  const ScratchFolder folder;
   const ProgramRun run = runProgram(
       folder, {"simulate", "--recorded", data + "/MH_04", "--scene", "hall", "--start", "30",
                "--duration", "0.3", "--image-scale", "0.15", "--out", folder.file("seq")});
@@ -199,9 +198,8 @@ TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
   }
 }
 
-TEST(Simulate, PosesFromAFile) {
+TEST_F(Simulate, PosesFromAFile) {
   NEEDS_POVRAY();
-  const ScratchFolder folder;
   std::ostringstream csv;
   csv << "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n";
   for (int k = 0; k <= 40; ++k) {
@@ -237,8 +235,7 @@ TEST(Simulate, PosesFromAFile) {
   }
 }
 
-TEST(Simulate, BadInputIsASentence) {
-  const ScratchFolder folder;
+TEST_F(Simulate, BadInputIsASentence) {
   folder.write("bad.csv", "#t\n1500000000000000000,0,0,1.5,1,0,0\n");
   folder.write("word.csv", "1500000000000000000,0,0,one,1,0,0,0\n");
   folder.write("norm.csv", "1500000000000000000,0,0,1,2,0,0,0\n");
@@ -267,15 +264,13 @@ TEST(Simulate, BadInputIsASentence) {
   }
 }
 
-TEST(Simulate, FailingRendererIsReportedWithItsLastLines) {
-  const ScratchFolder folder;
+TEST_F(Simulate, FailingRendererIsReportedWithItsLastLines) {
   folder.write("broken", "#!/bin/sh\necho Fatal error in parser\nexit 9\n");
   std::filesystem::permissions(folder.file("broken"), std::filesystem::perms::owner_all);
   const ProgramRun run =
       runProgram(folder, smallSequence(folder.file("out"), {"--povray", folder.file("broken")}));
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "exit code 9 at frame 1 of 7|Fatal error in parser");
-
   // One that draws does not outlive the program.
   folder.write("broken", "#!/bin/sh\necho $$ > " + folder.file("pid") + "\nexec sleep 20\n");
   auto arguments = smallSequence(folder.file("none"), {"--povray", folder.file("broken")});

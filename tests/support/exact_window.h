@@ -50,6 +50,21 @@ struct ExactWindowOptions {
   unsigned seed = 1;
 };
 
+inline ExactWindowOptions seeded(unsigned seed, double pixel_noise = 0.0) {
+  ExactWindowOptions options;
+  options.seed = seed;
+  options.pixel_noise = pixel_noise;
+  return options;
+}
+
+/// Keyframes as a host has them.
+inline ExactWindowOptions atTenHertz(int keyframes) {
+  ExactWindowOptions options;
+  options.keyframes = keyframes;
+  options.interval_s = 0.1;
+  return options;
+}
+
 struct ExactWindow {
   Calibration calibration;       ///< handed in
   Calibration true_calibration;  ///< td included: the exposures are at stamp + td

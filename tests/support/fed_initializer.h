@@ -7,6 +7,7 @@
 #include <string>
 
 #include "slim_init/initializer.h"
+#include "slim_init/window_solver.h"
 #include "support/exact_window.h"
 
 namespace slim_init {
@@ -34,5 +35,20 @@ inline std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
   feed(*initializer, exact);
   return initializer;
 }
+
+/// A method that has nothing but a status: what the base class says of the rest.
+class PlainMethod : public WindowSolver {
+ public:
+  explicit PlainMethod(InitStatus status = InitResult().status) { result_.status = status; }
+  const std::string& name() const override { return name_; }
+  InitResult solveWindow(const InitWindow& /*window*/, const SolveRequest& /*request*/,
+                         WorkBudget* /*budget*/) const override {
+    return result_;
+  }
+
+ private:
+  std::string name_ = "other";
+  InitResult result_;
+};
 
 }  // namespace slim_init

@@ -126,43 +126,36 @@ INSTANTIATE_TEST_SUITE_P(All, AbBadInput, ::testing::ValuesIn(kBadCommands),
 
 TEST(Program, HelpVersionAndMethodsExitWithZero) {
   const ScratchFolder folder;
-  ProgramRun run = runLine(folder, "--help");
-  EXPECT_EQ(run.exit_code, 0);
-  expectParts(run.out, "ab");
-  run = runLine(folder, "ab --help");
-  EXPECT_EQ(run.exit_code, 0);
-  expectParts(
-      run.out,
-      "--recorded DIR|--builtin NAME|--duration X (=60)|[s]; 3 to 3600|--world NAME (=room)|"
-      "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
-      "--keyframes N|--asl DIR|--bag FILE|--config YAML|"
-      "--ablation|--report MODE (=auto)|--limit N (=0)|"
-      "--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
-      "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
-      "--td-error S (=0)|"
-      "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
-      "--imu-rate HZ|--imu-jitter S (=0)|--imu-dropout X (=0)|--out DIR (=out/ab)|--quiet");
-  run = runLine(folder, "options --keys user --update @none");
+  const auto answers = [&](const char* typed, const char* said) {
+    const ProgramRun run = runLine(folder, typed);
+    EXPECT_EQ(run.exit_code, 0) << typed;
+    expectParts(run.out, said);
+    return run;
+  };
+  answers("--help", "ab");
+  answers("ab --help",
+          "--recorded DIR|--builtin NAME|--duration X (=60)|[s]; 3 to 3600|--world NAME (=room)|"
+          "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
+          "--keyframes N|--asl DIR|--bag FILE|--config YAML|"
+          "--ablation|--report MODE (=auto)|--limit N (=0)|"
+          "--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
+          "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
+          "--td-error S (=0)|"
+          "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
+          "--imu-rate HZ|--imu-jitter S (=0)|--imu-dropout X (=0)|--out DIR (=out/ab)|--quiet");
+  // Asked for help, we do not argue about the rest.
+  answers("ab --nonsense --help", "--td-error");
+  EXPECT_EQ(answers("--version", "slim_init ").out.rfind("slim_init ", 0), 0u);
+  EXPECT_EQ(answers("methods", "drt-l").err, "");
+  const ProgramRun run = runLine(folder, "options --keys user --update @none");
   EXPECT_EQ(run.exit_code, 2);
   expectParts(run.err, "--keys has no effect with --update");
-  // Asked for help, we do not argue about the rest.
-  run = runLine(folder, "ab --nonsense --help");
-  EXPECT_EQ(run.exit_code, 0);
-  expectParts(run.out, "--td-error");
-  run = runLine(folder, "--version");
-  EXPECT_EQ(run.exit_code, 0);
-  EXPECT_EQ(run.out.rfind("slim_init ", 0), 0u) << run.out;
-  run = runLine(folder, "methods");
-  EXPECT_EQ(run.exit_code, 0);
-  expectParts(run.out, "drt-l");
-  EXPECT_EQ(run.err, "");
 }
 
 nlohmann::json summaryOf(const ScratchFolder& folder, const std::string& out = "out") {
   return nlohmann::json::parse(readFile(folder.file(out) + "/summary.json"));
 }
 
-/// `slim_init ab` in a folder of its own.
 class Ab : public ::testing::Test {
  protected:
   /// `slim_init ab LINE` into `out`, which has to succeed.
@@ -171,7 +164,6 @@ class Ab : public ::testing::Test {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return run;
   }
-  /// What it leaves in summary.json.
   nlohmann::json summary(const std::string& line, const std::string& out = "out") const {
     ran(line, out);
     return summaryOf(folder, out);
@@ -329,8 +321,10 @@ ProgramRun runWithReport(const ScratchFolder& folder, const std::string& mode, i
                         "--out", folder.file("out"), "--report", mode});
 }
 
-TEST(AbReport, IsWrittenByThePythonPackageBesideTheProgram) {
-  const ScratchFolder folder;
+using AbReport = Ab;
+using AbOptionsFile = Ab;
+
+TEST_F(AbReport, IsWrittenByThePythonPackageBesideTheProgram) {
   const ProgramRun run = runWithReport(folder, "auto", 0);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");
@@ -340,16 +334,14 @@ TEST(AbReport, IsWrittenByThePythonPackageBesideTheProgram) {
               "1 |share/slim_init/python|-m slim_init_report -- " + folder.file("out") + "\n");
 }
 
-TEST(AbReport, OneThatFailsExitsWithOneAndKeepsTheData) {
-  const ScratchFolder folder;
+TEST_F(AbReport, OneThatFailsExitsWithOneAndKeepsTheData) {
   const ProgramRun run = runWithReport(folder, "auto", 1);
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "the report in " + folder.file("out") + " could not be written");
   EXPECT_TRUE(std::filesystem::exists(folder.file("out/windows.csv")));
 }
 
-TEST(AbReport, TheSubcommandHandsOnItsArgumentsAndTheExitCode) {
-  const ScratchFolder folder;
+TEST_F(AbReport, TheSubcommandHandsOnItsArgumentsAndTheExitCode) {
   const ProgramRun run =
       runWithPython(folder, pythonThatExits(folder, 2), {"report", "--suite", "a b", "--out", "c"});
   EXPECT_EQ(run.exit_code, 2);
@@ -395,8 +387,7 @@ std::string rowsOf(const ScratchFolder& folder, const std::string& out, const st
   return rows;
 }
 
-TEST(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
-  const ScratchFolder folder;
+TEST_F(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   folder.write("none.yaml",
                "%YAML:1.0\nslim_init:\n  vanishing_point: {inlier_threshold_deg: 1.0}\n");
   folder.write("narrow.yaml",
@@ -422,8 +413,7 @@ TEST(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   EXPECT_EQ(options["keyframes"], 10);
 }
 
-TEST(AbOptionsFile, TheCommandLineWins) {
-  const ScratchFolder folder;
+TEST_F(AbOptionsFile, TheCommandLineWins) {
   folder.write("file.yaml",
                "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6, max_span_s: 2}\n"
                "  gates: {mode: on}\n");
@@ -434,7 +424,6 @@ TEST(AbOptionsFile, TheCommandLineWins) {
   EXPECT_EQ(options["span_s"], 2.0);
   EXPECT_EQ(options["gates"], "on");
   EXPECT_TRUE(contains(rowsOf(folder, "file", "drt-l"), ",8,"));
-
   // Also with the value that would be the default, and below the file's min_keyframes.
   std::vector<std::string> typed = file;
   typed.insert(typed.end(), {"--keyframes", "10", "--gates", "own"});
@@ -451,8 +440,7 @@ TEST(AbOptionsFile, TheCommandLineWins) {
   EXPECT_EQ(summaryOf(folder, "short")["options"]["keyframes"], 5);
 }
 
-TEST(AbOptionsFile, AConfigurationBringsTheRig) {
-  const ScratchFolder folder;
+TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
   const std::string config = SLIM_INIT_SOURCE_DIR "/config/euroc.yaml";
   ASSERT_EQ(runWithOptions(folder, "plain", {}).exit_code, 0);
   const ProgramRun run = runWithOptions(folder, "config", {"--config", config});
@@ -488,8 +476,7 @@ TEST(AbOptionsFile, AConfigurationBringsTheRig) {
   EXPECT_TRUE(contains(missing.err, "slim_init: " + folder.file("no.yaml"))) << missing.err;
 }
 
-TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {
-  const ScratchFolder folder;
+TEST_F(AbOptionsFile, KeysWithoutEffectAreNoted) {
   folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  noise: {gyro_density: 0.001}\n");
   const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
   EXPECT_EQ(run.exit_code, 0);
@@ -498,8 +485,7 @@ TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {
   expectParts(notes, "slim_init.noise.gyro_density");
 }
 
-TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
-  const ScratchFolder folder;
+TEST_F(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   const auto refused = [&](const std::string& text, const std::string& parts) {
     if (!text.empty()) folder.write("file.yaml", text);
     const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});

@@ -17,7 +17,6 @@ namespace slim_init {
 namespace {
 
 constexpr double kG = 9.81007;
-
 constexpr int kImages = 21;  // at 20 Hz: 1 s
 
 ExactWindow standing(unsigned seed, int points = 100, int images = kImages) {
@@ -43,8 +42,7 @@ RestMeasures measured(ExactWindow exact, const ChangeSample& change_sample,
       for (PointObservation& point : frame.points) change_bearing(frame.t, &point.bearing);
     }
   }
-  const auto window = windowOf(exact);
-  return measureRest(*window);
+  return measureRest(*windowOf(exact));
 }
 
 int rests(int windows, const ChangeSample& change_sample,

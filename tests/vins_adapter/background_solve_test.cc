@@ -21,6 +21,7 @@
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
+#include "support/text_parts.h"
 #include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
@@ -34,18 +35,14 @@ constexpr std::chrono::milliseconds kFrameTime(100);
 /// `slim`, with solves that take as long as is said here.
 class SlowInitializer : public IInitializer {
  public:
-  SlowInitializer(const Calibration& calibration, std::atomic<int>* milliseconds,
-                  std::atomic<int>* solves)
-      : inner_(makeInitializer(calibration, InitializerOptions())),
-        milliseconds_(milliseconds),
-        solves_(solves) {}
+  SlowInitializer(const Calibration& calibration, std::atomic<int>* milliseconds)
+      : inner_(makeInitializer(calibration, InitializerOptions())), milliseconds_(milliseconds) {}
   AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
   AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
   void setTd(double td) override { inner_->setTd(td); }
   void reset() override { inner_->reset(); }
   InitResult initialize(const Priors& priors) override {
     InitResult result = inner_->initialize(priors);
-    ++*solves_;
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_->load()));
     return result;
   }
@@ -58,27 +55,19 @@ class SlowInitializer : public IInitializer {
  private:
   std::unique_ptr<IInitializer> inner_;
   std::atomic<int>* milliseconds_;
-  std::atomic<int>* solves_;
 };
 
 class BackgroundSolve : public ::testing::Test {
  protected:
-  BackgroundSolve() {
-    ExactWindowOptions window;
-    window.keyframes = kFrames;
-    window.interval_s = 0.1;
-    exact_ = makeExactWindow(window);
-    make(10.0);
-  }
-  void make(double max_wait_ms) {
+  BackgroundSolve() { make<SlowInitializer>(10.0); }
+  template <typename Initializer>
+  void make(double max_wait_ms, bool watchdog = true) {
     HostOptions options;
-    options.reinit = options.watchdog = true;
+    options.reinit = true;
+    options.watchdog = watchdog;
     options.max_wait_ms = max_wait_ms;
-    std::string error;
-    adapter_ = HostAdapter::create(
-        std::make_unique<SlowInitializer>(exact_.calibration, &milliseconds_, &solves_), options,
-        &error);
-    ASSERT_NE(adapter_, nullptr) << error;
+    adapter_ =
+        adapterOf(std::make_unique<Initializer>(exact_.calibration, &milliseconds_), options);
     next_ = 0;
   }
   void feed(int first, int last) {
@@ -101,9 +90,8 @@ class BackgroundSolve : public ::testing::Test {
     return waits_[waits_.size() / 2];
   }
 
-  ExactWindow exact_;
+  const ExactWindow exact_ = makeExactWindow(atTenHertz(kFrames));
   std::atomic<int> milliseconds_{250};
-  std::atomic<int> solves_{0};
   std::unique_ptr<HostAdapter> adapter_;
   std::size_t next_ = 0;
   std::vector<double> waits_;
@@ -189,7 +177,7 @@ TEST_F(BackgroundSolve, WhatCannotBeBridgedIsDeclined) {
   EXPECT_EQ(late.message, "a frame of the host's window is older than its healthy states");
   HostState old = stateOf(0);
   old.stamp -= 30.0;
-  EXPECT_NE(adapter_->bridge(stamps(30), {old}).message.find("do not cover"), std::string::npos);
+  expectParts(adapter_->bridge(stamps(30), {old}).message, "do not cover");
 }
 
 // The watchdog goes on with what it has; the answer counts with the frame at which it is there.
@@ -219,7 +207,7 @@ TEST_F(BackgroundSolve, ARestartOfTheStreamsForgetsTheSolveThatRuns) {
 
 // Lock step: whatever a solve takes, the call returns its answer.
 TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
-  make(-1.0);
+  make<SlowInitializer>(-1.0);
   milliseconds_ = 100;
   feed(0, 30);
   const HostResult answer = adapter_->seed(stamps(30));
@@ -253,7 +241,6 @@ TEST_F(BackgroundSolve, StreamsGoOnWhileSolvesRun) {
   lines.join();
 }
 
-// Bytes of this process that are in memory.
 double residentBytes() {
   std::ifstream file("/proc/self/statm");
   double total = 0.0, resident = 0.0;
@@ -276,12 +263,7 @@ TEST_F(BackgroundSolve, TenThousandRecoveriesDoNotGrow) {
     InitResult known_;
   };
   milliseconds_ = 0;
-  HostOptions options;
-  options.reinit = true;
-  options.max_wait_ms = 1000.0;
-  adapter_ = HostAdapter::create(
-      std::make_unique<Same>(exact_.calibration, &milliseconds_, &solves_), options, nullptr);
-  next_ = 0;
+  make<Same>(1000.0, false);
   feed(0, 30);
   const std::vector<HostState> healthy = statesOf(exact_, 15, 26);
   double before = 0.0;

@@ -16,6 +16,7 @@
 #include "slim_init/state_at.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "support/exact_window.h"
+#include "support/text_parts.h"
 #include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
@@ -144,10 +145,6 @@ class Oracle : public IInitializer {
 class ForeignInitializer : public ::testing::Test {
  protected:
   ForeignInitializer() {
-    ExactWindowOptions options;
-    options.keyframes = 35;
-    options.interval_s = 0.1;
-    exact_ = makeExactWindow(options);
     options_.reinit = true;
     options_.max_wait_ms = -1.0;
     make(std::make_unique<Oracle>(exact_));
@@ -155,15 +152,16 @@ class ForeignInitializer : public ::testing::Test {
 
   void make(std::unique_ptr<Oracle> oracle) {
     oracle_ = oracle.get();
-    std::string error;
-    adapter_ = HostAdapter::create(std::move(oracle), options_, &error);
-    EXPECT_NE(adapter_, nullptr) << error;
+    adapter_ = adapterOf(std::move(oracle), options_);
     next_ = 0;
   }
   void feed(int k) { vins_adapter::feed(exact_, exact_.imu, k, k, &next_, adapter_.get()); }
   std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
+  HostHealth watch(const std::vector<HostState>& states) {
+    return adapter_->watch(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+  }
 
-  ExactWindow exact_;
+  ExactWindow exact_ = makeExactWindow(atTenHertz(35));
   HostOptions options_;
   Oracle* oracle_ = nullptr;
   std::unique_ptr<HostAdapter> adapter_;
@@ -187,7 +185,6 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
   EXPECT_NEAR((answer.window.states[10].P - answer.window.states[2].P).norm(),
               (exact_.truth[20].p_w_b - exact_.truth[12].p_w_b).norm(), 1e-3);
   EXPECT_FALSE(answer.frame.ok);
-
   // The host flies in the true frame and fails.
   for (int k = 21; k <= 30; ++k) feed(k);
   const HostResult again = adapter_->recover(stamps(30), {toHostState(exact_.truth[24], 0.0)});
@@ -263,8 +260,7 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
   ASSERT_TRUE(adapter_->recover(stamps(20), {healthy}).success());
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
   EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);
-  const Calibration& rig = exact_.calibration;
-  adapter_->watch(statesOf(exact_, 10, 20), rig.R_b_c, rig.t_b_c);
+  watch(statesOf(exact_, 10, 20));
   EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
   // A restart of the streams forgets the states, not the sensors, which then are of another run.
   adapter_->seed(stamps(20));
@@ -279,19 +275,18 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
 // A bias that has jumped is suspect until a window solved anew agrees with the host.
 TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   for (int k = 0; k <= 20; ++k) feed(k);
-  const Calibration& rig = exact_.calibration;
   std::vector<HostState> window = statesOf(exact_, 17, 20);
-  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect);
+  EXPECT_FALSE(watch(window).suspect);
   for (HostState& state : window) state.Ba.x() += 0.6;
-  const HostHealth jumped = adapter_->watch(window, rig.R_b_c, rig.t_b_c);
+  const HostHealth jumped = watch(window);
   EXPECT_TRUE(jumped.suspect);
   EXPECT_TRUE(jumped.healthy) << jumped.reason;
-  EXPECT_NE(jumped.reason.find("accelerometer bias has moved"), std::string::npos) << jumped.reason;
-  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
+  expectParts(jumped.reason, "accelerometer bias has moved");
+  EXPECT_FALSE(watch(window).suspect) << "the answer agreed";
   // The states of another flight are no jump.
   adapter_->flightEnded();
   for (HostState& state : window) state.Ba.x() -= 0.6;
-  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect);
+  EXPECT_FALSE(watch(window).suspect);
 }
 
 // The initializer does not see damage of the IMU data: over a little of it, its answer is no
@@ -312,14 +307,9 @@ TEST_F(ForeignInitializer, AWindowOverLittleDamageDoesNotSpeakAgainstTheHost) {
     for (int k = 0; k < 35; ++k) {
       feed(k);
       if (k < 3) continue;
-      std::vector<HostState> window;
-      for (int i = k - 3; i <= k; ++i) {
-        window.push_back(toHostState(exact_.truth[i], 0.0));
-        window.back().V *= 3.0;
-      }
-      const HostHealth health =
-          adapter_->watch(window, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
-      if (health.reason.find("independent window") != std::string::npos) contradicted.insert(k);
+      std::vector<HostState> window = statesOf(exact_, k - 3, k);
+      for (HostState& state : window) state.V *= 3.0;
+      if (contains(watch(window).reason, "independent window")) contradicted.insert(k);
     }
     for (const int k : one.speaks) EXPECT_EQ(contradicted.count(k), 1u) << one.seconds << ", " << k;
     for (const int k : one.silent) EXPECT_EQ(contradicted.count(k), 0u) << one.seconds << ", " << k;

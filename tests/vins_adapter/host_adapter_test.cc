@@ -16,24 +16,12 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-ExactWindowOptions tenHertz() {
-  ExactWindowOptions options;
-  options.keyframes = 35;
-  options.interval_s = 0.1;
-  options.yaw_rad = 0.4;
-  return options;
-}
-
 class HostAdapterTest : public ::testing::Test {
  protected:
   std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {}) {
     options.reinit = true;
     options.max_wait_ms = -1.0;
-    std::string error;
-    auto adapter =
-        HostAdapter::create(makeInitializer(calibration, InitializerOptions()), options, &error);
-    EXPECT_NE(adapter, nullptr) << error;
-    return adapter;
+    return adapterOf(makeInitializer(calibration, InitializerOptions()), options);
   }
   std::unique_ptr<HostAdapter> make() { return make(exact_.calibration); }
 
@@ -53,7 +41,7 @@ class HostAdapterTest : public ::testing::Test {
     return state;
   }
 
-  const ExactWindow exact_ = makeExactWindow(tenHertz());
+  const ExactWindow exact_ = makeExactWindow(atTenHertz(35));
   std::size_t next_ = 0;
 };
 
@@ -127,10 +115,7 @@ TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
   shorter.window.max_span_s = 2.2;
   HostOptions synchronous;
   synchronous.max_wait_ms = -1.0;
-  std::string error;
-  const auto adapter =
-      HostAdapter::create(makeInitializer(exact_.calibration, shorter), synchronous, &error);
-  ASSERT_NE(adapter, nullptr) << error;
+  const auto adapter = adapterOf(makeInitializer(exact_.calibration, shorter), synchronous);
   feed(*adapter, 0, 34);
   std::vector<double> requested;
   std::vector<NavState> truth;
@@ -148,10 +133,9 @@ TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
 // A host that stands keeps the first frames of its window, and replaces the newest: they are twelve
 // seconds old, beyond the reach and beyond the buffer, when it moves.
 TEST_F(HostAdapterTest, AllFramesOfAWindowThatStoodHaveStates) {
-  ExactWindowOptions options = tenHertz();
+  ExactWindowOptions options = atTenHertz(140);
   options.motion = Motion::kFromRest;
   options.rest_s = 12.0;
-  options.keyframes = 140;
   options.points = 300;
   options.lines = 0;
   options.pixel_noise = 0.3;
@@ -257,14 +241,13 @@ TEST_F(HostAdapterTest, AFlightThatHasEndedWasCorrectSinceItsStart) {
 
 // IMU data are kept for 10 s.
 TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
-  ExactWindowOptions options = tenHertz();
-  options.keyframes = 150;
-  const ExactWindow exact = makeExactWindow(options);
+  constexpr int kImages = 150;
+  const ExactWindow exact = makeExactWindow(atTenHertz(kImages));
   for (const bool lost : {false, true}) {
     const auto adapter = make(exact.calibration);
     std::size_t next = 0;
     const HostState last = toHostState(exact.truth[4], 0.0);
-    for (int k = 0; k < options.keyframes; ++k) {
+    for (int k = 0; k < kImages; ++k) {
       // Images may be missing for long.
       if (k < 30 || k > 130) vins_adapter::feed(exact, exact.imu, k, k, &next, adapter.get());
       if (lost && k == 5) adapter->lose(last);
@@ -276,7 +259,7 @@ TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
     EXPECT_LT((there.state.P - now.p_w_b).norm(), 0.5);
     EXPECT_LT(logSO3(there.state.R.transpose() * now.R_w_b).norm(), 0.01);
     EXPECT_GT(there.position_sigma, 5.0);
-    const HostResult answer = adapter->recover(stampsOf(exact, options.keyframes - 1), {last});
+    const HostResult answer = adapter->recover(stampsOf(exact, kImages - 1), {last});
     ASSERT_TRUE(answer.success()) << answer.message;
     EXPECT_LT((answer.window.states.back().P - now.p_w_b).norm(), 0.5);
     adapter->learn(toHostState(now, 0.0));

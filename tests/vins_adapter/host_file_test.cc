@@ -17,11 +17,7 @@ class HostFileTest : public ::testing::Test {
  protected:
   HostFileTest() {
     euroc_ = readFile(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
-    for (const char* line : {"initializer: slim\n", "reinit: 1\n"}) {
-      const std::size_t at = euroc_.find(line);
-      EXPECT_NE(at, std::string::npos) << line;
-      if (at != std::string::npos) euroc_.erase(at, std::string(line).size());
-    }
+    for (const char* line : {"initializer: slim\n", "reinit: 1\n"}) euroc_ = edited(line, "");
   }
   std::string write(const std::string& name, const std::string& text) {
     folder_.write(name, text);

@@ -3,8 +3,13 @@
 // A generated flight as a host hands it over.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "host_health/flight.h"
@@ -15,6 +20,14 @@
 namespace slim_init::vins_adapter {
 
 using host_health::kHostFrames;
+
+inline std::unique_ptr<HostAdapter> adapterOf(std::unique_ptr<IInitializer> initializer,
+                                              const HostOptions& options) {
+  std::string error;
+  auto adapter = HostAdapter::create(std::move(initializer), options, &error);
+  EXPECT_NE(adapter, nullptr) << error;
+  return adapter;
+}
 
 /// The frames from `first` to `last`, each after the samples of `imu` up to the first one after it.
 /// `next`: the first sample that the adapter does not have yet.

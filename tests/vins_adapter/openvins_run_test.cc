@@ -10,19 +10,14 @@
 #include "evaluation/scratch_folder.h"
 #include "geometry/so3.h"
 #include "support/exact_window.h"
+#include "support/text_parts.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
 class OpenVinsRun : public ::testing::Test {
  protected:
-  OpenVinsRun() {
-    ov_core::printed.clear();
-    ExactWindowOptions options;
-    options.keyframes = 40;
-    options.interval_s = 0.1;
-    exact_ = makeExactWindow(options);
-  }
+  OpenVinsRun() { ov_core::printed.clear(); }
 
   // The host with these keys in its file.
   ov_msckf::VioManager& start(const std::map<std::string, std::string>& keys) {
@@ -80,13 +75,11 @@ class OpenVinsRun : public ::testing::Test {
   }
   static int timesPrinted(const std::string& text) {
     int times = 0;
-    for (const std::string& line : ov_core::printed) {
-      times += line.find(text) != std::string::npos ? 1 : 0;
-    }
+    for (const std::string& line : ov_core::printed) times += contains(line, text) ? 1 : 0;
     return times;
   }
 
-  ExactWindow exact_;
+  const ExactWindow exact_ = makeExactWindow(atTenHertz(40));
   const ScratchFolder folder_;
   std::unique_ptr<ov_msckf::VioManager> manager_;
   std::size_t next_ = 0;
@@ -164,7 +157,7 @@ TEST_F(OpenVinsRun, ShadowReportsAndLeavesTheHostAlone) {
   ASSERT_EQ(timesPrinted("shadow: OpenVINS starts after 3.00 s, slim after "), 1);
   std::string line;
   for (const std::string& printed : ov_core::printed) {
-    if (printed.find("shadow: ") != std::string::npos) line = printed;
+    if (contains(printed, "shadow: ")) line = printed;
   }
   double stock = 0.0, slim = 0.0, tilt = 0.0;
   const std::size_t at = line.find("; speed ");

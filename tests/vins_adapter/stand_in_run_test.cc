@@ -22,6 +22,7 @@
 #include "slim_init/vins_adapter/host_file.h"
 #include "support/exact_window.h"
 #include "support/text_parts.h"
+#include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -94,15 +95,8 @@ void setStamp(double t, Header* header) {
 // The node is one per process, as in the host; each test runs in a process of its own (CTest).
 class StandInRun : public ::testing::Test {
  protected:
-  StandInRun() {
-    ExactWindowOptions options;
-    options.keyframes = 60;
-    options.interval_s = 0.1;
-    exact_ = makeExactWindow(options);
-  }
-
   // The host's file with our keys, in it and in its section slim_init:, and the node's start.
-  Estimator& start(const std::string& keys, const std::string& section = "") {
+  void start(const std::string& keys, const std::string& section = "") {
     const std::string path = folder_.file("host.yaml");
     std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     std::ofstream out(path);
@@ -118,11 +112,8 @@ class StandInRun : public ::testing::Test {
     ros::parameters()["config_file"] = path;
     ros::parameters()["vins_config_file"] = path;  // LVI-SAM's name for it
     startNode();
-    host().f_manager.feature.resize(5);
-    return host();
+    host_.f_manager.feature.resize(5);
   }
-
-  Estimator& host() { return hostEstimator(); }
 
   void frame(int k, bool with_lines = true) {
     std::vector<sensor_msgs::ImuConstPtr> imu;
@@ -151,65 +142,62 @@ class StandInRun : public ::testing::Test {
   }
   // What the host's optimization would make of its newest frame.
   void track(int k) {
-    Estimator& e = host();
     // The whole window in the frame of the truth: the start had one of its own.
     for (int i = 0; i < kNewest; ++i) {
-      const double stamp = glue_detail::stampOf(e.Headers[i]);
+      const double stamp = glue_detail::stampOf(host_.Headers[i]);
       for (std::size_t f = 0; f < exact_.keyframes.size(); ++f) {
         if (std::abs(exact_.keyframes[f].t - stamp) < 1e-6) setState(exact_.truth[f], i);
       }
     }
     setState(exact_.truth[k], kNewest);
   }
-  // The host's newest state against the truth of frame `k`.
-  double positionError(int k) { return (host().Ps[kNewest] - exact_.truth[k].p_w_b).norm(); }
-  double velocityError(int k) { return (host().Vs[kNewest] - exact_.truth[k].v_w_b).norm(); }
+  double positionError(int k) { return (host_.Ps[kNewest] - exact_.truth[k].p_w_b).norm(); }
+  double velocityError(int k) { return (host_.Vs[kNewest] - exact_.truth[k].v_w_b).norm(); }
   double attitudeError(int k) {
-    return logSO3(host().Rs[kNewest].transpose() * exact_.truth[k].R_w_b).norm();
+    return logSO3(host_.Rs[kNewest].transpose() * exact_.truth[k].R_w_b).norm();
   }
   void setState(const NavState& truth, int i) {
-    Estimator& e = host();
-    e.Ps[i] = truth.p_w_b;
-    e.Rs[i] = truth.R_w_b;
-    e.Vs[i] = truth.v_w_b;
-    e.Bgs[i] = truth.gyro_bias;
-    e.Bas[i] = truth.accel_bias;
+    host_.Ps[i] = truth.p_w_b;
+    host_.Rs[i] = truth.R_w_b;
+    host_.Vs[i] = truth.v_w_b;
+    host_.Bgs[i] = truth.gyro_bias;
+    host_.Bas[i] = truth.accel_bias;
   }
   // So many frames from the start on, which has to come; the host tracks once it is started.
   // Returns the next one.
   int fly(int frames) {
     for (int k = 0; k < frames; ++k) {
       frame(k);
-      if (host().solver_flag == Estimator::NON_LINEAR) track(k + 1);
+      if (host_.solver_flag == Estimator::NON_LINEAR) track(k + 1);
     }
-    EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
+    EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR) << logText();
     return frames;
+  }
+  int startAndFly(int frames) {
+    start("initializer: slim\nreinit: 1\n");
+    return fly(frames);
   }
   // Frames from `k` until the host is started, which has to come before `end`. Returns the next
   // one.
   int frameUntilStarted(int k = 0, int end = 30) {
-    while (k < end && host().solver_flag == Estimator::INITIAL) frame(k++);
-    EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
+    while (k < end && host_.solver_flag == Estimator::INITIAL) frame(k++);
+    EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR) << logText();
     return k;
   }
   // After a restart the host sees nothing until frame `seen`, and then starts. Returns where it was
   // before, newest_ is the frame of the start.
   Vector3d longTimeWithoutAStart(int seen) {
-    ExactWindowOptions options;
-    options.keyframes = seen + 30;
-    options.interval_s = 0.1;
-    exact_ = makeExactWindow(options);
-    start("initializer: slim\nreinit: 1\n");
-    int k = fly(30);
-    const Vector3d last = host().Ps[kNewest];
+    exact_ = makeExactWindow(atTenHertz(seen + 30));
+    int k = startAndFly(30);
+    const Vector3d last = host_.Ps[kNewest];
     restart(samplesUntil(k + 1));
     for (; k < seen; ++k) {
       exact_.keyframes[k].points.clear();
       exact_.keyframes[k].lines.clear();
       frame(k);
     }
-    EXPECT_EQ(host().solver_flag, Estimator::INITIAL);
-    newest_ = frameUntilStarted(k, options.keyframes - 1) - 1;
+    EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
+    newest_ = frameUntilStarted(k, seen + 29) - 1;
     EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
     EXPECT_EQ(timesLogged("IMU data do not cover"), 0) << logText();
     EXPECT_LT(attitudeError(newest_), 0.1);
@@ -229,15 +217,14 @@ class StandInRun : public ::testing::Test {
     for (ImuSample& sample : exact_.imu) sample.t -= 1000.0;
     for (FrameObservation& observed : exact_.keyframes) observed.t -= 1000.0;
     for (NavState& state : exact_.truth) state.t -= 1000.0;
-    host().clearState();
-    host().setParameter();
+    host_.clearState();
+    host_.setParameter();
   }
   // Of the odometry frame, by its topic.
   static double frameBegan() {
     const std::string& row = ros::published()["slim_init/frame"].back();
     return std::stod(row.substr(row.find(',') + 1));
   }
-  // Puts another force into the samples between two times.
   void stick(double from, double until, const Eigen::Vector3d& accel) {
     for (ImuSample& sample : exact_.imu) {
       if (sample.t > from && sample.t < until) sample.accel = accel;
@@ -261,7 +248,6 @@ class StandInRun : public ::testing::Test {
     for (const std::string& line : ros::logged()) text += line + "\n";
     return text;
   }
-  // Messages on the console that contain `text`.
   long timesLogged(const std::string& text) const {
     const std::vector<std::string>& lines = ros::logged();
     return std::count_if(lines.begin(), lines.end(),
@@ -296,21 +282,19 @@ class StandInRun : public ::testing::Test {
     options.estimate_td = estimate_td;
     options.estimate_extrinsic = estimate_extrinsic != 0;
     options.max_wait_ms = max_wait_ms_;
-    std::string error;
     auto finder = std::make_unique<Finder>(right, wrong);
     finder_ = finder.get();
-    auto adapter = HostAdapter::create(std::move(finder), options, &error);
-    EXPECT_NE(adapter, nullptr) << error;
     RIC[0] = wrong.R_b_c;
     TIC[0] = wrong.t_b_c;
-    host().setParameter();
-    host().slim_init_glue.open(std::move(adapter), file);
+    host_.setParameter();
+    host_.slim_init_glue.open(adapterOf(std::move(finder), options), file);
     wrong_ = wrong.R_b_c;
     return frameUntilStarted() - 1;
   }
 
   const ScratchFolder folder_;
-  ExactWindow exact_;
+  ExactWindow exact_ = makeExactWindow(atTenHertz(60));
+  Estimator& host_ = hostEstimator();
   Eigen::Matrix3d wrong_;
   double max_wait_ms_ = -1.0;
   Finder* finder_ = nullptr;
@@ -323,15 +307,14 @@ class StandInRun : public ::testing::Test {
 TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
   const double td = 0.02;
   const int newest = startWithFinder(td, 0.05, true, 1);
-  Estimator& e = host();
-  EXPECT_EQ(e.td, td);
-  EXPECT_LT((e.ric[0] - exact_.calibration.R_b_c).norm(), 1e-12);
-  EXPECT_EQ(e.f_manager.ric, e.ric[0]);
+  EXPECT_EQ(host_.td, td);
+  EXPECT_LT((host_.ric[0] - exact_.calibration.R_b_c).norm(), 1e-12);
+  EXPECT_EQ(host_.f_manager.ric, host_.ric[0]);
   // Also after a reset.
-  e.clearState();
-  e.setParameter();
-  EXPECT_EQ(e.td, td);
-  EXPECT_EQ(e.ric[0], exact_.calibration.R_b_c);
+  host_.clearState();
+  host_.setParameter();
+  EXPECT_EQ(host_.td, td);
+  EXPECT_EQ(host_.ric[0], exact_.calibration.R_b_c);
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
 
   EXPECT_EQ(timesLogged("warn: slim_init: the right calibration was found"), 1) << logText();
@@ -344,7 +327,6 @@ TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
 TEST_F(StandInRun, StatesFitTheHostsPreintegrations) {
   const double td = 0.02;
   const int newest = startWithFinder(td, 0.0, true, 0);
-  Estimator& e = host();
   // The stand-in has slid once: frame i + 1 of the seed stands at i. Gravity in the body tells the
   // two instants apart: the exposure, and the stamp alone, td before it.
   double at_stamp = 0.0, at_exposure = 0.0;
@@ -353,18 +335,17 @@ TEST_F(StandInRun, StatesFitTheHostsPreintegrations) {
     const Eigen::Matrix3d exposure = exact_.truth[k].R_w_b;
     const Eigen::Vector3d turn = logSO3(exact_.truth[k - 1].R_w_b.transpose() * exposure);
     const Eigen::Matrix3d stamp = exposure * expSO3(-turn * (td / 0.1));
-    at_exposure += (e.Rs[i].row(2) - exposure.row(2)).norm();
-    at_stamp += (e.Rs[i].row(2) - stamp.row(2)).norm();
+    at_exposure += (host_.Rs[i].row(2) - exposure.row(2)).norm();
+    at_stamp += (host_.Rs[i].row(2) - stamp.row(2)).norm();
   }
   EXPECT_LT(at_stamp, 0.3 * at_exposure);
 }
 
 TEST_F(StandInRun, AHostThatDoesNotEstimateItKeepsItsCalibration) {
   startWithFinder(0.02, 0.05, false, 0);
-  Estimator& e = host();
-  EXPECT_EQ(e.td, 0.0);
+  EXPECT_EQ(host_.td, 0.0);
   EXPECT_EQ(TD, 0.0);
-  EXPECT_LT((e.ric[0] - wrong_).norm(), 1e-12);
+  EXPECT_LT((host_.ric[0] - wrong_).norm(), 1e-12);
   EXPECT_LT((RIC[0] - wrong_).norm(), 1e-12);
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 0);
 }
@@ -381,56 +362,55 @@ TEST_F(StandInRun, AnUnknownExtrinsicIsKnownAfterTheSeed) {
 #if defined(STAND_IN_VINS_FUSION) || defined(STAND_IN_DYNAVINS)
 // These hosts would triangulate a feature from its first two images.
 TEST_F(StandInRun, DepthsComeFromAllViewsAtTheSeed) {
-  Estimator& e = start("initializer: slim\n");
-  Feature& seen = e.f_manager.feature.front();
+  start("initializer: slim\n");
+  Feature& seen = host_.f_manager.feature.front();
   seen.feature_per_frame.resize(WINDOW_SIZE + 1);
   for (FeaturePerFrame& view : seen.feature_per_frame) view.point = Vector3d(0.1, 0.0, 1.0);
   frameUntilStarted();
   EXPECT_GT(seen.estimated_depth, 0.0);
   // Not seen in two images.
-  EXPECT_EQ(e.f_manager.feature.back().estimated_depth, -1.0);
-  EXPECT_EQ(e.f_manager.triangulations, 1);
+  EXPECT_EQ(host_.f_manager.feature.back().estimated_depth, -1.0);
+  EXPECT_EQ(host_.f_manager.triangulations, 1);
 }
 #endif
 
 TEST_F(StandInRun, SeedLandsInTheRightMembers) {
-  Estimator& e = start("initializer: slim\n");
+  start("initializer: slim\n");
   auto* prior = new MarginalizationInfo;
-  e.last_marginalization_info = prior;
-  e.last_marginalization_parameter_blocks.assign(3, nullptr);
+  host_.last_marginalization_info = prior;
+  host_.last_marginalization_parameter_blocks.assign(3, nullptr);
   int k = frameUntilStarted();
-  EXPECT_EQ(e.stock_tries, 0);
-  EXPECT_EQ(e.optimizations, 1);
+  EXPECT_EQ(host_.stock_tries, 0);
+  EXPECT_EQ(host_.optimizations, 1);
   EXPECT_LE(k, 14) << "1.3 s of excited data";
-
   // The stand-in has slid once: frame i + 1 of the seed stands at i.
   const int first = k - 1 - kNewest;
   const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, -hostYaw(exact_.truth[first].R_w_b)));
   for (int i = 0; i < kNewest; ++i) {
     const NavState& truth = exact_.truth[first + 1 + i];
-    EXPECT_LT((e.Ps[i] - R * (truth.p_w_b - exact_.truth[first].p_w_b)).norm(), 0.02) << i;
-    EXPECT_LT((e.Vs[i] - R * truth.v_w_b).norm(), 0.05) << i;
-    EXPECT_LT(logSO3(e.Rs[i].transpose() * R * truth.R_w_b).norm(), 0.01) << i;
-    EXPECT_LT((e.Bgs[i] - truth.gyro_bias).norm(), 5e-3) << i;
-    EXPECT_EQ(e.pre_integrations[i]->bg, e.Bgs[i]);
-    EXPECT_EQ(e.pre_integrations[i]->ba, e.Bas[i]);
+    EXPECT_LT((host_.Ps[i] - R * (truth.p_w_b - exact_.truth[first].p_w_b)).norm(), 0.02) << i;
+    EXPECT_LT((host_.Vs[i] - R * truth.v_w_b).norm(), 0.05) << i;
+    EXPECT_LT(logSO3(host_.Rs[i].transpose() * R * truth.R_w_b).norm(), 0.01) << i;
+    EXPECT_LT((host_.Bgs[i] - truth.gyro_bias).norm(), 5e-3) << i;
+    EXPECT_EQ(host_.pre_integrations[i]->bg, host_.Bgs[i]);
+    EXPECT_EQ(host_.pre_integrations[i]->ba, host_.Bas[i]);
   }
-  EXPECT_EQ(e.g, Vector3d(0, 0, 9.81007));
-  EXPECT_LT((e.ric[0] - exact_.calibration.R_b_c).norm(), 1e-6);
-  EXPECT_LT((e.tic[0] - exact_.calibration.t_b_c).norm(), 1e-6);
-  EXPECT_EQ(e.f_manager.ric, e.ric[0]);
-  for (const Feature& feature : e.f_manager.feature) {
+  EXPECT_EQ(host_.g, Vector3d(0, 0, 9.81007));
+  EXPECT_LT((host_.ric[0] - exact_.calibration.R_b_c).norm(), 1e-6);
+  EXPECT_LT((host_.tic[0] - exact_.calibration.t_b_c).norm(), 1e-6);
+  EXPECT_EQ(host_.f_manager.ric, host_.ric[0]);
+  for (const Feature& feature : host_.f_manager.feature) {
     EXPECT_EQ(feature.estimated_depth, -1.0);
     EXPECT_EQ(feature.solve_flag, 0);
   }
-  EXPECT_EQ(e.last_marginalization_info, nullptr);
+  EXPECT_EQ(host_.last_marginalization_info, nullptr);
   EXPECT_EQ(MarginalizationInfo::deleted(), 1);
-  EXPECT_TRUE(e.last_marginalization_parameter_blocks.empty());
-  EXPECT_EQ(e.last_P, e.Ps[kNewest]);
-  EXPECT_EQ(e.last_R, e.Rs[kNewest]);
-  EXPECT_EQ(e.last_P0, Vector3d(Vector3d::Zero()));
+  EXPECT_TRUE(host_.last_marginalization_parameter_blocks.empty());
+  EXPECT_EQ(host_.last_P, host_.Ps[kNewest]);
+  EXPECT_EQ(host_.last_R, host_.Rs[kNewest]);
+  EXPECT_EQ(host_.last_P0, Vector3d(Vector3d::Zero()));
 #if defined(STAND_IN_VINS_FUSION) || defined(STAND_IN_DYNAVINS)
-  EXPECT_EQ(e.f_manager.triangulations, 1);
+  EXPECT_EQ(host_.f_manager.triangulations, 1);
 #endif
   expectParts(logText(), "info: slim_init: seed done: ");
   EXPECT_EQ(timesLogged(kNoLines), 0);
@@ -442,9 +422,9 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
 // Members that only this host has: what they hold of the old states goes with them, after a start
 // and after a recovery.
 TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  const auto age = [&e] {
-    for (Feature& feature : e.f_manager.feature) {
+  start("initializer: slim\nreinit: 1\n");
+  const auto age = [this] {
+    for (Feature& feature : host_.f_manager.feature) {
       feature.estimated_depth = 4.0;
 #ifdef STAND_IN_DYNAVINS
       feature.weight = 0.2;
@@ -455,14 +435,14 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
 #endif
     }
 #ifdef STAND_IN_PL_VINS
-    e.f_manager.linefeature.assign(3, FeatureManager::Line());
+    host_.f_manager.linefeature.assign(3, FeatureManager::Line());
 #endif
 #ifdef STAND_IN_GVINS
-    e.first_optimization = false;
+    host_.first_optimization = false;
 #endif
   };
-  const auto is_new = [&e] {
-    for (const Feature& feature : e.f_manager.feature) {
+  const auto is_new = [this] {
+    for (const Feature& feature : host_.f_manager.feature) {
       EXPECT_EQ(feature.estimated_depth, -1.0);
 #ifdef STAND_IN_DYNAVINS
       EXPECT_EQ(feature.weight, 1.0);
@@ -473,13 +453,13 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
 #endif
     }
 #ifdef STAND_IN_PL_VINS
-    EXPECT_EQ(e.f_manager.linefeature.size(), 3u);
-    for (const FeatureManager::Line& line : e.f_manager.linefeature) {
+    EXPECT_EQ(host_.f_manager.linefeature.size(), 3u);
+    for (const FeatureManager::Line& line : host_.f_manager.linefeature) {
       EXPECT_FALSE(line.is_triangulation);
     }
 #endif
 #ifdef STAND_IN_GVINS
-    EXPECT_TRUE(e.first_optimization);
+    EXPECT_TRUE(host_.first_optimization);
 #endif
   };
   age();
@@ -495,16 +475,15 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
 // Biases of a flight are there for the next start.
 TEST_F(StandInRun, AStartAfterAResetKnowsTheSensors) {
   const int newest = startWithFinder(0.0, 0.0, false, 0, true);
-  Estimator& e = host();
-  e.Bas[kNewest] = Eigen::Vector3d(0.1, -0.2, 0.3);
+  host_.Bas[kNewest] = Eigen::Vector3d(0.1, -0.2, 0.3);
   for (int i = 1; i <= 46; ++i) {  // 23 s
-    setStamp(exact_.keyframes[newest].t + 0.5 * i, &e.Headers[kNewest]);
-    e.slim_init_glue.optimized(
-        e, [] { return false; }, [] {});
+    setStamp(exact_.keyframes[newest].t + 0.5 * i, &host_.Headers[kNewest]);
+    host_.slim_init_glue.optimized(
+        host_, [] { return false; }, [] {});
   }
   EXPECT_FALSE(std::isfinite(finder_->known.biases.accel_sigma));
-  e.clearState();
-  e.setParameter();
+  host_.clearState();
+  host_.setParameter();
   for (int k = newest + 1; k <= newest + 1 + kNewest; ++k) frame(k);
   EXPECT_EQ(finder_->known.biases.accel, Eigen::Vector3d(0.1, -0.2, 0.3));
 }
@@ -514,40 +493,40 @@ TEST_F(StandInRun, AStartAfterAResetKnowsTheSensors) {
 // whatever came out; keep_heading takes the turn that keeps the heading, also in a stock host.
 TEST_F(StandInRun, KeepHeadingTurnsAboutTheVerticalOnly) {
   for (const bool asked : {false, true}) {
-    Estimator& e = start(asked ? "keep_heading: 1\n" : "");
+    start(asked ? "keep_heading: 1\n" : "");
     const Eigen::Matrix3d before = expSO3(Eigen::Vector3d(0, 0, 0.7)) *
                                    expSO3(Eigen::Vector3d(0, -88.0 / 57.3, 0)) *
                                    expSO3(Eigen::Vector3d(0.3, 0, 0));
     // An optimization tilts the window by half a degree and drifts by 5 deg in heading.
     const Eigen::Matrix3d tilt = expSO3(Eigen::Vector3d(0.006, -0.006, 0));
     const Eigen::Quaterniond optimized(expSO3(Eigen::Vector3d(0, 0, 0.09)) * tilt * before);
-    e.Rs[0] = before;
-    for (auto& pose : e.para_Pose) {
+    host_.Rs[0] = before;
+    for (auto& pose : host_.para_Pose) {
       pose[3] = optimized.x();
       pose[4] = optimized.y();
       pose[5] = optimized.z();
       pose[6] = optimized.w();
     }
-    e.host_turn = expSO3(Eigen::Vector3d(0, 0, 0.25));
+    host_.host_turn = expSO3(Eigen::Vector3d(0, 0, 0.25));
     const auto is_kept = [&](const char* by) {
-      const Eigen::Vector3d left = logSO3(before * e.Rs[0].transpose());
+      const Eigen::Vector3d left = logSO3(before * host_.Rs[0].transpose());
       if (asked) {
-        EXPECT_LT((e.Rs[0] - tilt * before).norm(), 1e-4) << by;
+        EXPECT_LT((host_.Rs[0] - tilt * before).norm(), 1e-4) << by;
         EXPECT_LT(std::abs(left.z()), 1e-4) << by;
         EXPECT_NEAR(left.norm(), 0.0085, 1e-4) << by;  // the tilt that was found stays
       } else {
         EXPECT_GT(std::abs(left.z()), 0.3) << by;
       }
     };
-    e.double2vector();
+    host_.double2vector();
     is_kept("double2vector()");
 #ifdef STAND_IN_PL_VINS  // its optimization with lines, which is the one in flight
-    e.Rs[0] = before;
-    e.double2vector2();
+    host_.Rs[0] = before;
+    host_.double2vector2();
     is_kept("double2vector2()");
 #endif
     EXPECT_EQ(timesLogged("keep_heading: 1"), asked ? 1 : 0);
-    EXPECT_FALSE(e.slim_init_glue.active());
+    EXPECT_FALSE(host_.slim_init_glue.active());
   }
 }
 #endif
@@ -555,19 +534,19 @@ TEST_F(StandInRun, KeepHeadingTurnsAboutTheVerticalOnly) {
 #ifdef STAND_IN_LVI_SAM
 // Where lidar odometry covers the window the host starts from it, as always.
 TEST_F(StandInRun, LidarOdometryComesFirst) {
-  Estimator& e = start("initializer: slim\n");
+  start("initializer: slim\n");
   lidar_reset_id = 3;
   int k = 0;
   for (; k < 20; ++k) frame(k);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
-  EXPECT_GT(e.stock_tries, 0);
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
+  EXPECT_GT(host_.stock_tries, 0);
   EXPECT_EQ(timesLogged("seed"), 0) << logText();
   // One reset of the lidar odometry within the window, and it does not cover it.
-  const int tries = e.stock_tries;
+  const int tries = host_.stock_tries;
   lidar_reset_id = 4;
   frame(k);
-  EXPECT_EQ(e.stock_tries, tries);
-  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(host_.stock_tries, tries);
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR) << logText();
 }
 #endif
 
@@ -583,7 +562,7 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
   look();
   EXPECT_TRUE(ros::timers().empty());
   const auto wheel = ros::callbacks<nav_msgs::Odometry>().at("/wheel");
-  for (int k = 0; k < 30 && host().solver_flag == Estimator::INITIAL; ++k) {
+  for (int k = 0; k < 30 && host_.solver_flag == Estimator::INITIAL; ++k) {
     const Eigen::Vector3d v = exact_.truth[k].R_w_b.transpose() * exact_.truth[k].v_w_b;
     nav_msgs::Odometry message;
     message.header.stamp.seconds = exact_.truth[k].t;
@@ -599,7 +578,7 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
     }
     frame(k);
   }
-  EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_EQ(timesLogged("a measured velocity of"), 2) << logText();
   EXPECT_EQ(timesLogged("velocities (late)"), 1) << logText();
   EXPECT_EQ(timesLogged("its stamp is not after that of the velocity before it"), 1) << logText();
@@ -623,27 +602,27 @@ TEST_F(StandInRun, ImuGlitchesAreDropped) {
 }
 
 TEST_F(StandInRun, StockIsUntouched) {
-  Estimator& e = start("");
+  start("");
   for (int k = 0; k < 20; ++k) frame(k);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
-  EXPECT_GT(e.stock_tries, 0);
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
+  EXPECT_GT(host_.stock_tries, 0);
   EXPECT_TRUE(ros::callbacks<sensor_msgs::PointCloudConstPtr>().empty());
   EXPECT_TRUE(ros::callbacks<std_msgs::BoolConstPtr>().empty());
   EXPECT_EQ(logText(), "");
   EXPECT_TRUE(csv().empty());
-  EXPECT_FALSE(e.slim_init_glue.active());
+  EXPECT_FALSE(host_.slim_init_glue.active());
 }
 
 TEST_F(StandInRun, ShadowOnlyWatches) {
-  Estimator& e = start("initializer: shadow\nreinit: 1\n");
+  start("initializer: shadow\nreinit: 1\n");
   for (int k = 0; k < 25; ++k) {
-    e.stock_succeeds = k == 24;
+    host_.stock_succeeds = k == 24;
     frame(k, false);
     EXPECT_EQ(timesLogged(kNoLines), k < kNewest ? 0 : 1) << k;
-    EXPECT_EQ(e.Ps[0], Vector3d(Vector3d::Zero()));
+    EXPECT_EQ(host_.Ps[0], Vector3d(Vector3d::Zero()));
   }
-  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
-  EXPECT_EQ(e.Bgs[3], Vector3d(Vector3d::Zero()));
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR);
+  EXPECT_EQ(host_.Bgs[3], Vector3d(Vector3d::Zero()));
   const std::vector<std::string> rows = csv();
   ASSERT_EQ(rows.size(), 1u + 25 - kNewest);  // from the first full window on
   EXPECT_EQ(rows[0].find("stamp_s,data_s,mode,action,slim_status"), 0u);
@@ -654,30 +633,28 @@ TEST_F(StandInRun, ShadowOnlyWatches) {
 }
 
 TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(40);
-  const int resets = e.resets;
-  e.f_manager.feature.front().estimated_depth = 3.0;
+  int k = startAndFly(40);
+  const int resets = host_.resets;
+  host_.f_manager.feature.front().estimated_depth = 3.0;
   // As if refined in flight.
-  const Matrix3d refined = e.ric[0] * Eigen::AngleAxisd(1e-4, Vector3d::UnitX()).matrix();
-  e.ric[0] = refined;
-  e.fails = 1;
+  const Matrix3d refined = host_.ric[0] * Eigen::AngleAxisd(1e-4, Vector3d::UnitX()).matrix();
+  host_.ric[0] = refined;
+  host_.fails = 1;
   frame(k);
-  EXPECT_EQ(e.resets, resets);
-  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
+  EXPECT_EQ(host_.resets, resets);
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR);
   EXPECT_LT(positionError(k), 0.05);
   EXPECT_LT(velocityError(k), 0.05);
   EXPECT_LT(attitudeError(k), 0.01);
-  EXPECT_EQ(e.f_manager.feature.front().estimated_depth, -1.0) << logText();
-  EXPECT_EQ(e.ric[0], refined);
+  EXPECT_EQ(host_.f_manager.feature.front().estimated_depth, -1.0) << logText();
+  EXPECT_EQ(host_.ric[0], refined);
   expectParts(logText(), "recover done");
-
   // Still failing after it: the host's own reset, and the next start joins the old frame.
   track(++k);
-  e.fails = 2;
+  host_.fails = 2;
   frame(k);
-  EXPECT_EQ(e.resets, resets + 1);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  EXPECT_EQ(host_.resets, resets + 1);
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
   k = frameUntilStarted(k + 1, 59);
   EXPECT_LT(positionError(k - 1), 0.05);
   expectParts(logText(), "join done");
@@ -686,11 +663,10 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
 // A camera that was silent for a second: the tracker restarts the host, from frame `k` to `last`.
 // The samples since the last image are in the node's queue, which the restart empties.
 TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(30);
+  int k = startAndFly(30);
   // Less than a second: not a gap that the host's tracker restarts after.
   restart(samplesUntil(k + 4));
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
   k = frameUntilStarted(k + 5, 59);
   EXPECT_LT(positionError(k - 1), 0.1);
   EXPECT_LT(attitudeError(k - 1), 0.02);
@@ -711,8 +687,7 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
 // VINS-Fusion and DynaVINS track their images themselves.
 #if !defined(STAND_IN_VINS_FUSION) && !defined(STAND_IN_DYNAVINS)
 TEST_F(StandInRun, FeaturesThatWaitAreADelayOfTheOdometry) {
-  start("initializer: slim\nreinit: 1\n");
-  const int k = fly(30);
+  const int k = startAndFly(30);
   EXPECT_EQ(timesLogged("behind the newest image"), 0) << logText();
   sensor_msgs::PointCloud features;
   features.header.stamp.seconds = exact_.keyframes[k].t + 0.5;
@@ -729,48 +704,45 @@ TEST_F(StandInRun, FeaturesThatWaitAreADelayOfTheOdometry) {
 #if !defined(STAND_IN_VINS_FUSION) && !defined(STAND_IN_DYNAVINS) && !defined(STAND_IN_PL_VINS)
 // A gap of a second and more with all its IMU samples is no reason to start anew.
 TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(29);
-  e.slim_init_glue.imuRefused(exact_.imu.front().t);  // one incorrect stamp
+  int k = startAndFly(29);
+  host_.slim_init_glue.imuRefused(exact_.imu.front().t);  // one incorrect stamp
   frame(k);
   track(++k);
   const std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(k + 11);
-  const int resets = e.resets;
+  const int resets = host_.resets;
   restart(gap);
-  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
-  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(host_.resets, resets);
   EXPECT_EQ(timesLogged("continues by its IMU"), 1) << logText();
   // A second and more of flight is no jump. The samples have waited for the frame.
   next_ -= gap.size();
   track(k + 11);
-  const Vector3d before_gap = e.last_P, after_gap = e.Ps[kNewest];
+  const Vector3d before_gap = host_.last_P, after_gap = host_.Ps[kNewest];
   frame(k + 11);
-  EXPECT_EQ(e.compared_to, after_gap);
-  EXPECT_NE(e.compared_to, before_gap);
+  EXPECT_EQ(host_.compared_to, after_gap);
+  EXPECT_NE(host_.compared_to, before_gap);
   track(k + 12);
   frame(k + 12);
-  EXPECT_EQ(e.compared_to, after_gap) << "one frame later it looks again";
+  EXPECT_EQ(host_.compared_to, after_gap) << "one frame later it looks again";
 }
 
 // The other sides: the IMU was silent as well, or time has gone back, which shows in the samples
 // that the host refuses and not in those that wait.
 TEST_F(StandInRun, AGapWithoutImuIsNotRiddenThrough) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(fly(30) + 11);
+  std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(startAndFly(30) + 11);
   const auto middle = gap.begin() + static_cast<std::ptrdiff_t>(gap.size() / 2);
   gap.erase(middle, middle + static_cast<std::ptrdiff_t>(gap.size() / 4));
   restart(gap);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL) << logText();
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL) << logText();
 }
 
 TEST_F(StandInRun, ABagThatStartsAgainIsNoGap) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(fly(30) + 11);
+  std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(startAndFly(30) + 11);
   sensor_msgs::Imu first = *gap.front();
   first.header.stamp.seconds -= 2.0;
   gap.push_back(std::make_shared<const sensor_msgs::Imu>(first));
   restart(gap);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL) << logText();
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL) << logText();
 }
 #endif
 
@@ -784,54 +756,52 @@ TEST_F(StandInRun, ALongTimeWithoutAStartKeepsTheHeading) {
 TEST_F(StandInRun, AVeryLongTimeHoldsThePosition) {
   const Vector3d last = longTimeWithoutAStart(400);
   EXPECT_EQ(timesLogged("the position is held"), 1) << logText();
-  EXPECT_LT((host().Ps[0] - last).norm(), 3.0);
+  EXPECT_LT((host_.Ps[0] - last).norm(), 3.0);
 }
 
 // The other side: without the samples of that second nobody knows where the body went. The world
 // does not turn all the same.
 TEST_F(StandInRun, WithoutImuDataPoseAndHeadingStay) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(30);
-  const Vector3d last = e.last_P;
+  int k = startAndFly(30);
+  const Vector3d last = host_.last_P;
   samplesUntil(k + 9);
   restart({});
   k = frameUntilStarted(k + 10, 59);
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
   EXPECT_EQ(timesLogged("the odometry frame is uncertain"), 1) << logText();
-  EXPECT_LT((e.Ps[0] - last).norm(), 3.0);
-  const Matrix3d turn = e.Rs[0] * exact_.truth[k - 1 - kNewest].R_w_b.transpose();
+  EXPECT_LT((host_.Ps[0] - last).norm(), 3.0);
+  const Matrix3d turn = host_.Rs[0] * exact_.truth[k - 1 - kNewest].R_w_b.transpose();
   EXPECT_LT(logSO3(turn).norm(), 1.2) << "what the body has turned in that second";
 }
 
 TEST_F(StandInRun, TheHostsOwnStartJoinsToo) {
-  Estimator& e = start("initializer: stock\nreinit: 1\nwatchdog: 1\n");
-  e.stock_succeeds = true;
+  start("initializer: stock\nreinit: 1\nwatchdog: 1\n");
+  host_.stock_succeeds = true;
   int k = fly(30);
   EXPECT_EQ(timesLogged("the odometry frame"), 0);
   restart(samplesUntil(k + 4));
-  for (k += 5; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) {
+  for (k += 5; k < 59 && host_.solver_flag == Estimator::INITIAL; ++k) {
     track(k);
-    for (Vector3d& position : e.Ps) position.x() += 20.0;  // its own world
-    exact_.keyframes[k].points.clear();                    // the watchdog finds nothing
+    for (Vector3d& position : host_.Ps) position.x() += 20.0;  // its own world
+    exact_.keyframes[k].points.clear();                        // the watchdog finds nothing
     frame(k);
   }
-  EXPECT_LT((e.Ps[0] - exact_.truth[k - 1 - kNewest].p_w_b).norm(), 0.2) << logText();
+  EXPECT_LT((host_.Ps[0] - exact_.truth[k - 1 - kNewest].p_w_b).norm(), 0.2) << logText();
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
-  e.slim_init_glue.optimized(
-      e, [] { return false; }, [] {});
+  host_.slim_init_glue.optimized(
+      host_, [] { return false; }, [] {});
   expectParts(ros::published()["slim_init/health"].back(), ",suspect,|,\"\"");
 }
 
 TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(45);
+  int k = startAndFly(45);
   // No false alarm so far, and a report once a second.
   EXPECT_EQ(timesLogged("watchdog: the host"), 0) << logText();
   EXPECT_GE(ros::published()["slim_init/health"].size(), 3u);
-  const int resets = e.resets;
-  e.Vs[kNewest] += Vector3d(3, 0, 0);
+  const int resets = host_.resets;
+  host_.Vs[kNewest] += Vector3d(3, 0, 0);
   frame(k);
-  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(host_.resets, resets);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent: velocity"), 1) << logText();
   EXPECT_LT(velocityError(k), 0.05);
   EXPECT_LT(positionError(k), 0.05);
@@ -839,25 +809,25 @@ TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
 
 // Its interval of a damaged IMU, its states and its reset are its own.
 TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
-  Estimator& e = start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
-  e.stock_succeeds = true;
+  start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
+  host_.stock_succeeds = true;
   stick(exact_.truth[30].t + 0.03, exact_.truth[31].t, {120, 0, 0});
   int k = fly(30);
-  const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
+  const Vector3d wrong = host_.Vs[kNewest] += Vector3d(3, 0, 0);
   frame(k);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent: velocity"), 1) << logText();
-  EXPECT_EQ(e.Vs[kNewest], wrong);
+  EXPECT_EQ(host_.Vs[kNewest], wrong);
   track(++k);
-  IntegrationBase* const own = e.pre_integrations[kNewest];
-  const Vector3d predicted = e.Vs[kNewest] += Vector3d(12, 0, 0);
-  const int resets = e.resets;
+  IntegrationBase* const own = host_.pre_integrations[kNewest];
+  const Vector3d predicted = host_.Vs[kNewest] += Vector3d(12, 0, 0);
+  const int resets = host_.resets;
   frame(k);
-  EXPECT_EQ(e.Vs[kNewest], predicted);
-  EXPECT_EQ(e.pre_integrations[kNewest], own);
-  EXPECT_EQ(e.resets, resets);
-  e.fails = 1;
+  EXPECT_EQ(host_.Vs[kNewest], predicted);
+  EXPECT_EQ(host_.pre_integrations[kNewest], own);
+  EXPECT_EQ(host_.resets, resets);
+  host_.fails = 1;
   frame(++k);
-  EXPECT_EQ(e.resets, resets + 1);
+  EXPECT_EQ(host_.resets, resets + 1);
   k = frameUntilStarted(k + 1, 59);
   track(k);
   frame(k);
@@ -868,27 +838,27 @@ TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
 }
 
 TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
-  Estimator& e = start("initializer: slim\nreinit: 1\nwatchdog: 0\n");
+  start("initializer: slim\nreinit: 1\nwatchdog: 0\n");
   int k = fly(45);
-  const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
+  const Vector3d wrong = host_.Vs[kNewest] += Vector3d(3, 0, 0);
   frame(k);
   EXPECT_EQ(timesLogged("watchdog: the host"), 0) << logText();
-  EXPECT_EQ(e.Vs[kNewest], wrong);
+  EXPECT_EQ(host_.Vs[kNewest], wrong);
   EXPECT_EQ(ros::published().count("slim_init/health"), 0u);
 }
 
 // An accelerometer that is stuck at its end: the host integrates it and would believe it.
 TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
+  start("initializer: slim\nreinit: 1\n");
   stick(exact_.truth[41].t + 0.03, exact_.truth[41].t + 0.43, {120, 0, 0});
   const int first = fly(42);
   ASSERT_EQ(timesLogged("relying on vision"), 0) << logText();
   for (int k = first; k < first + 4; ++k) {
-    e.Vs[kNewest] += Vector3d(12, 0, 0);  // what the host makes of it
+    host_.Vs[kNewest] += Vector3d(12, 0, 0);  // what the host makes of it
     frame(k);
     EXPECT_LT(velocityError(k), 0.5) << k << logText();
     EXPECT_LT(positionError(k), 0.1) << k;
-    const IntegrationBase& newest = *e.pre_integrations[kNewest];
+    const IntegrationBase& newest = *host_.pre_integrations[kNewest];
     EXPECT_NEAR(newest.sum_dt, 0.1, 1e-9);
     for (const Vector3d& accel : newest.accel) EXPECT_LT(accel.norm(), 60.0);
     EXPECT_GT(newest.covariance(6, 6), 0.0);
@@ -900,62 +870,61 @@ TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
 
 // A host that hovers keeps its first window for long: a recovery finds what was known of it.
 TEST_F(StandInRun, TheFirstWindowIsRemembered) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  e.next_flag = Estimator::MARGIN_OLD;
+  start("initializer: slim\nreinit: 1\n");
+  host_.next_flag = Estimator::MARGIN_OLD;
   int k = frameUntilStarted();
   track(k);
   frame(k);
   // From here on only the newest frame is exchanged.
-  e.next_flag = Estimator::MARGIN_SECOND_NEW;
-  const double oldest = glue_detail::stampOf(e.Headers[0]);
-  const Vector3d P = e.Ps[0];
+  host_.next_flag = Estimator::MARGIN_SECOND_NEW;
+  const double oldest = glue_detail::stampOf(host_.Headers[0]);
+  const Vector3d P = host_.Ps[0];
   for (++k; k < 59; ++k) {
     track(k);
     frame(k);
   }
-  ASSERT_EQ(glue_detail::stampOf(e.Headers[0]), oldest);
-  for (int i = 0; i <= kNewest; ++i) e.Ps[i] += Vector3d(30, 0, 0);
-  e.fails = 1;
+  ASSERT_EQ(glue_detail::stampOf(host_.Headers[0]), oldest);
+  for (int i = 0; i <= kNewest; ++i) host_.Ps[i] += Vector3d(30, 0, 0);
+  host_.fails = 1;
   track(k);
   frame(k);
   ASSERT_EQ(timesLogged("recover done"), 1) << logText();
-  EXPECT_EQ(e.Ps[0], P);
+  EXPECT_EQ(host_.Ps[0], P);
 }
 
 // A glitch in the host's window would throw off the optimization that follows a recovery.
 TEST_F(StandInRun, TheHostGetsCleanDataWithARecovery) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
+  start("initializer: slim\nreinit: 1\n");
   for (ImuSample& sample : exact_.imu) {
     const double since = sample.t - exact_.truth[36].t;
     if (since > 0.03 && since < 0.055) sample.accel.x() += 100.0;
   }
   int k = fly(40);
-  IntegrationBase* const untouched = e.pre_integrations[2];
-  e.fails = 1;
+  IntegrationBase* const untouched = host_.pre_integrations[2];
+  host_.fails = 1;
   frame(k);
   ASSERT_EQ(timesLogged("recover done"), 1) << logText();
   // The window slides after it, the integrations of the stand-in do not: frame 37 is number 7.
-  const IntegrationBase& clean = *e.pre_integrations[7];
+  const IntegrationBase& clean = *host_.pre_integrations[7];
   ASSERT_GT(clean.accel.size(), 10u);
   EXPECT_NEAR(clean.sum_dt, 0.1, 1e-9);
   for (const Vector3d& accel : clean.accel) EXPECT_LT(accel.norm(), 60.0);
   EXPECT_GT(clean.covariance(6, 6), 0.0);
-  EXPECT_EQ(e.dt_buf[7].size() + 1, clean.accel.size());
-  EXPECT_EQ(e.linear_acceleration_buf[7].size(), e.dt_buf[7].size());
-  EXPECT_EQ(e.angular_velocity_buf[7].size(), e.dt_buf[7].size());
-  EXPECT_EQ(e.pre_integrations[2], untouched);
+  EXPECT_EQ(host_.dt_buf[7].size() + 1, clean.accel.size());
+  EXPECT_EQ(host_.linear_acceleration_buf[7].size(), host_.dt_buf[7].size());
+  EXPECT_EQ(host_.angular_velocity_buf[7].size(), host_.dt_buf[7].size());
+  EXPECT_EQ(host_.pre_integrations[2], untouched);
   EXPECT_TRUE(untouched->accel.empty());
 }
 
 TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  int k = fly(40);
-  const int resets = e.resets;
+  int k = startAndFly(40);
+  const int resets = host_.resets;
   request(false);
-  e.Ps[kNewest] += Vector3d(100, 0, 0);  // a wrong state
+  host_.Ps[kNewest] += Vector3d(100, 0, 0);  // a wrong state
   frame(k);
   EXPECT_LT(positionError(k), 0.05) << logText();
-  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(host_.resets, resets);
   // Twenty frames later without a point: refused. The host goes on or resets, as requested.
   for (FrameObservation& observed : exact_.keyframes) {
     observed.points.clear();
@@ -967,11 +936,11 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   }
   request(false);
   frame(k++);
-  EXPECT_EQ(e.resets, resets);
-  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
+  EXPECT_EQ(host_.resets, resets);
+  EXPECT_EQ(host_.solver_flag, Estimator::NON_LINEAR);
   request(true);
   frame(k);
-  EXPECT_EQ(e.resets, resets + 1) << logText();
+  EXPECT_EQ(host_.resets, resets + 1) << logText();
 }
 
 // The last healthy states fill the window while the solve runs: a request is not served by that.
@@ -980,15 +949,15 @@ TEST_F(StandInRun, ARequestOutlastsASolveThatRuns) {
   int k = startWithFinder(0.0, 0.0, false, 0, true) + 1;
   const auto fail = [&] {
     track(k);
-    host().Vs[kNewest] += Vector3d(3, 0, 0);
+    host_.Vs[kNewest] += Vector3d(3, 0, 0);
     frame(k++);
-    return host().resets;
+    return host_.resets;
   };
   for (const int end = k + 20; k < end; ++k) {
     track(k);
     frame(k);
   }
-  const int resets = host().resets;
+  const int resets = host_.resets;
   finder_->refuses = finder_->waits = true;
   EXPECT_EQ(fail(), resets);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent"), 1) << logText();
@@ -1001,48 +970,47 @@ TEST_F(StandInRun, ARequestOutlastsASolveThatRuns) {
 // Nothing of the flight before speaks of the next one: times, a request, how well the frame is
 // known.
 TEST_F(StandInRun, ABagPlayedAgainIsAFlightOfItsOwn) {
-  Estimator& e = start("initializer: slim\nreinit: 1\n");
-  fly(40);
+  startAndFly(40);
   request(true);
   playAgain();
-  const int resets = e.resets;
+  const int resets = host_.resets;
   const std::size_t reports = ros::published()["slim_init/health"].size();
   fly(50);
-  EXPECT_EQ(e.resets, resets) << logText();
+  EXPECT_EQ(host_.resets, resets) << logText();
   EXPECT_GE(ros::published()["slim_init/health"].size(), reports + 3);
   EXPECT_LT(frameBegan(), exact_.truth[20].t);
 }
 
 TEST_F(StandInRun, AStockStartBeginsAFrameToo) {
-  Estimator& e = start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
-  e.stock_succeeds = true;
+  start("initializer: stock\nreinit: 0\nwatchdog: 1\n");
+  host_.stock_succeeds = true;
   fly(30);
   playAgain();
-  e.initial_timestamp = exact_.keyframes.front().t;
+  host_.initial_timestamp = exact_.keyframes.front().t;
   fly(30);
   EXPECT_LT(frameBegan(), exact_.truth[20].t);
 }
 
 TEST_F(StandInRun, AtRestTheOldestFramesGo) {
-  Estimator& e = start("initializer: slim\n");
+  start("initializer: slim\n");
   // The host sees no parallax and keeps its oldest frames; the adapter declines.
   for (FrameObservation& observed : exact_.keyframes) observed.points.clear();
-  e.next_flag = Estimator::MARGIN_SECOND_NEW;
+  host_.next_flag = Estimator::MARGIN_SECOND_NEW;
   for (int k = 0; k < 59; ++k) frame(k, false);
-  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
-  const double oldest = exact_.keyframes[58].t - glue_detail::stampOf(e.Headers[0]);
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
+  const double oldest = exact_.keyframes[58].t - glue_detail::stampOf(host_.Headers[0]);
   EXPECT_LT(oldest, 3.2) << "the span of a full window and a frame";
   EXPECT_EQ(timesLogged(kNoLines), 1);
 }
 
 TEST_F(StandInRun, ABrokenFileLeavesTheHostStock) {
-  Estimator& e = start("initializer: fast\n");
-  EXPECT_FALSE(e.slim_init_glue.active());
+  start("initializer: fast\n");
+  EXPECT_FALSE(host_.slim_init_glue.active());
   expectParts(logText(),
               "error: slim_init: |initializer is \"fast\", must be stock, slim or shadow; the host "
               "initializes by itself");
   for (int k = 0; k < 15; ++k) frame(k);
-  EXPECT_GT(e.stock_tries, 0);
+  EXPECT_GT(host_.stock_tries, 0);
 }
 
 }  // namespace
