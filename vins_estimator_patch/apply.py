@@ -34,12 +34,17 @@ class Insertion:
     line that begins with "}": a host may have several functions that hold the same lines.
     """
 
-    def __init__(self, anchor, where, code, inside=""):
+    def __init__(self, anchor, where, code, inside="", name=""):
         assert where in ("before", "after")
         self.anchor = anchor if isinstance(anchor, list) else [anchor]
         self.where = where
         self.code = code.strip("\n").split("\n")
         self.inside = inside
+        self.name = name
+
+    def missing(self, scope):
+        """The line that was not found: of the anchor, or of the function that holds it."""
+        return self.inside if self.inside and scope[0] == scope[1] else self.anchor[0]
 
 
 def condensed(line):
@@ -65,15 +70,13 @@ class Host:
         self.name = name
         self.title = data["title"]
         self.checked_at = data.get("checked_at", "")
-        self.recognised_by = []
         folder = data.get("folder", "")
         paths = {kind: "/".join(filter(None, [folder, path]))
                  for kind, path in data["files"].items()}
         self.code_files = [paths[kind] for kind in ("header", "source", "node")]
-        for sign in data.get("recognised_by", []):
-            self.recognised_by.append((paths[sign["file"]], condensed(sign["line"])))
+        self.recognised_by = [(paths[sign["file"]], condensed(sign["line"]))
+                              for sign in data.get("recognised_by", [])]
         self.files = {}  # path: insertions
-        self.names = {}  # path: names of the insertions
         repairs = data.get("repairs", [])
         for key in repairs:
             if key not in data["insertions"] and key not in data["words"]:
@@ -98,10 +101,8 @@ class Host:
         where = "before" if "before" in entry else "after"
         inside = entry.get("in", data.get("in", {}).get(entry["file"], ""))
         code = filled(text_of(entry.get("text", key), what), words, what)
-        path = paths[entry["file"]]
-        insertion = Insertion(entry[where], where, "\n".join(code), inside)
-        self.files.setdefault(path, []).append(insertion)
-        self.names.setdefault(path, []).append(key)
+        self.files.setdefault(paths[entry["file"]], []).append(
+            Insertion(entry[where], where, "\n".join(code), inside, key))
 
     def total(self):
         return sum(map(len, self.files.values()))
@@ -255,15 +256,13 @@ def found_at(lines, insertion):
 
 def anchored(path, lines, insertion):
     """Index of the first line of the anchor."""
-    found, (first, last) = found_at(lines, insertion)
+    found, scope = found_at(lines, insertion)
     if len(found) != 1:
-        shown = insertion.anchor[0]
-        if first == last and insertion.inside:
-            shown = insertion.inside
         times = "not found" if not found else "found %d times (lines %s)" % (
             len(found), ", ".join(str(i + 1) for i in found))
         raise Problem("%s: the anchor \"%s\" is %s, must be there once: this checkout differs from "
-                      "the one that the tool knows; --diagnose lists what fits" % (path, shown, times))
+                      "the one that the tool knows; --diagnose lists what fits"
+                      % (path, insertion.missing(scope), times))
     return found[0]
 
 
@@ -365,38 +364,33 @@ def chosen_host(options):
 # ---------------------------------------------------------------------------------- what fits
 
 def examined(checkout, host):
-    """[(path, problem or "", [(insertion's name, insertion, indices found, scope, lines)])]"""
+    """[(path, problem or "", its lines, [(insertion, indices found, scope)])]"""
     result = []
     for path, insertions in host.files.items():
         file = os.path.join(checkout, path)
         if not os.path.isfile(file):
-            result.append((path, "not there", []))
+            result.append((path, "not there", [], []))
             continue
         try:
             lines = lines_of(stripped(file, read(file))[0])
         except Problem as problem:
-            result.append((path, str(problem), []))
+            result.append((path, str(problem), [], []))
             continue
-        rows = []
-        for name, insertion in zip(host.names[path], insertions):
-            found, scope = found_at(lines, insertion)
-            rows.append((name, insertion, found, scope, lines))
-        result.append((path, "", rows))
+        rows = [(insertion,) + found_at(lines, insertion) for insertion in insertions]
+        result.append((path, "", lines, rows))
     return result
 
 
 def count_matches(examination):
-    return sum(len(found) == 1 for _, _, rows in examination for _, _, found, _, _ in rows)
+    return sum(len(found) == 1 for _, _, _, rows in examination for _, found, _ in rows)
 
 
 def nearest(insertion, scope, lines):
-    """(line number, text) of the line most like the anchor, or None."""
-    first, last = scope
-    wanted = condensed(insertion.anchor[0])
-    if insertion.inside and first == last:
-        first, last, wanted = 0, len(lines), condensed(insertion.inside)
+    """(line number, text) of the line most like the one that is missing, or None."""
+    first, last = scope if scope[0] < scope[1] else (0, len(lines))
     bodies = [condensed(line) for line in lines[first:last]]
-    close = difflib.get_close_matches(wanted, [body for body in bodies if body], 1, 0.5)
+    close = difflib.get_close_matches(condensed(insertion.missing(scope)),
+                                      [body for body in bodies if body], 1, 0.5)
     return (first + bodies.index(close[0]) + 1, lines[first + bodies.index(close[0])].strip()) \
         if close else None
 
@@ -426,11 +420,11 @@ def diagnosis(options):
                   host.total(), len(host.files)))
     examination = examined(options.checkout, host)
     fits = True
-    for path, problem, rows in examination:
+    for path, problem, lines, rows in examination:
         out.append("  %s%s" % (path, ": " + problem if problem else ""))
         fits = fits and not problem
-        for name, insertion, found, scope, lines in rows:
-            anchor = shortened(insertion.anchor[0])
+        for insertion, found, scope in rows:
+            name, anchor = insertion.name, shortened(insertion.missing(scope))
             if len(found) == 1:
                 out.append("    ok        %-12s line %d: %s" % (name, found[0] + 1, anchor))
                 continue
@@ -440,9 +434,9 @@ def diagnosis(options):
                     len(found), name, ", ".join(str(i + 1) for i in found), anchor))
                 out.append("              give the function as \"in\", or more lines of the anchor")
                 continue
-            if insertion.inside and scope[0] == scope[1]:
-                anchor = "the function " + shortened(insertion.inside, 80)
-            out.append("    NOT FOUND %-12s %s" % (name, anchor))
+            out.append("    NOT FOUND %-12s %s%s" % (
+                name, "" if insertion.missing(scope) == insertion.anchor[0] else "the function ",
+                anchor))
             close = nearest(insertion, scope, lines)
             if close:
                 out.append("              nearest is line %d: %s" % (close[0], shortened(close[1])))

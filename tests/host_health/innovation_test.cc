@@ -36,10 +36,6 @@
 namespace slim_init::host_health {
 namespace {
 
-using innovation_detail::PoseResidual;
-using innovation_detail::poseResidual;
-using innovation_detail::PoseTrack;
-
 constexpr double kNoisePx = 0.6;
 
 ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1, int keyframes = 40) {
@@ -168,8 +164,8 @@ struct Flight {
   std::vector<NavState> optimized(int newest) const {
     return {states.begin() + std::max(0, newest - kHostFrames + 1), states.begin() + newest};
   }
-  Innovation at(int newest, double sigma_px = kNoisePx) const {
-    return innovationOf(optimized(newest), predicted(newest), frames, calibration, sigma_px);
+  Innovation at(int newest, const TrackTrust& trust = {}) const {
+    return innovationOf({optimized(newest), predicted(newest), frames, calibration}, trust);
   }
   // Through a monitor, from frame 11 on.
   std::map<int, Innovation> watch() const {
@@ -181,7 +177,7 @@ struct Flight {
     return result;
   }
   Innovation judged(int newest, InnovationMonitor* monitor) const {
-    return monitor->judge(optimized(newest), predicted(newest), frames, calibration, kNoisePx);
+    return monitor->judge({optimized(newest), predicted(newest), frames, calibration});
   }
 
   Calibration calibration;
@@ -271,16 +267,20 @@ TEST(Innovation, ResidualHasTheRightJacobian) {
     NavState pose = flight.truth[10];
     pose.p_w_b += Eigen::Vector3d(0.1, -0.05, 0.02);
     pose.R_w_b = expSO3(Eigen::Vector3d(0.02, 0.05, -0.03)) * pose.R_w_b;
+    const auto residualAt = [&](const NavState& at, PoseResidual* result) {
+      return poseResidual(track, cameraOf(at, flight.calibration),
+                          at.R_w_b * flight.calibration.t_b_c, 1e-3, result);
+    };
     const auto residual = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
       NavState moved = pose;
       moved.R_w_b = expSO3(d.head<3>()) * pose.R_w_b;
       moved.p_w_b += d.tail<3>();
       PoseResidual result;
-      EXPECT_TRUE(poseResidual(track, moved, flight.calibration, 1e-3, &result));
+      EXPECT_TRUE(residualAt(moved, &result));
       return result.r;
     };
     PoseResidual analytic;
-    ASSERT_TRUE(poseResidual(track, pose, flight.calibration, 1e-3, &analytic));
+    ASSERT_TRUE(residualAt(pose, &analytic));
     EXPECT_TRUE(jacobiansAgree(analytic.J, numericJacobian(residual, 6, 1e-5), 1e-7)) << seen.id;
     ++checked;
   }
@@ -686,12 +686,10 @@ TEST(Innovation, FewTracksAreNotJudged) {
   optimized.back().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
   const PropagatedState predicted = broken.predicted(20);
   for (const std::vector<NavState>& states : {optimized, std::vector<NavState>()}) {
-    EXPECT_EQ(innovationOf(states, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
-              Culprit::kNotJudged);
+    const InnovationInput frame = {states, predicted, broken.frames, broken.calibration};
+    EXPECT_EQ(innovationOf(frame).culprit, Culprit::kNotJudged);
+    EXPECT_EQ(InnovationMonitor().judge(frame).culprit, Culprit::kNotJudged);
   }
-  EXPECT_EQ(
-      InnovationMonitor().judge({}, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
-      Culprit::kNotJudged);
 }
 
 // Everything changes, and nothing fits: tracks that go anywhere, as those of a camera that has gone
@@ -710,8 +708,7 @@ TEST(Innovation, TracksWithoutOrderAreKeptOut) {
   // If the IMU is known to be damaged there, it may be both.
   TrackTrust trust;
   trust.decide = true;
-  const Innovation both = innovationOf(flight.optimized(20), flight.predicted(20), flight.frames,
-                                       flight.calibration, kNoisePx, trust);
+  const Innovation both = flight.at(20, trust);
   EXPECT_EQ(both.culprit, Culprit::kUnclear) << both.message;
   EXPECT_GE(both.accel_sigma, kUnknownAccel);
   EXPECT_GE(both.gyro_sigma, kUnknownGyro);
@@ -841,7 +838,7 @@ struct Alarms {
   std::string first;
 };
 
-Alarms alarmsOf(const Recording& recording, double sigma_px) {
+Alarms alarmsOf(const Recording& recording) {
   Alarms result;
   ImuScreen screen{ImuLimits()};
   InnovationMonitor monitor;
@@ -876,8 +873,7 @@ Alarms alarmsOf(const Recording& recording, double sigma_px) {
     const std::vector<FrameObservation> frames(
         recording.frames.begin() + static_cast<std::ptrdiff_t>(first),
         recording.frames.begin() + static_cast<std::ptrdiff_t>(k) + 1);
-    const Innovation found =
-        monitor.judge(optimized, predicted, frames, recording.calibration, sigma_px);
+    const Innovation found = monitor.judge({optimized, predicted, frames, recording.calibration});
     if (found.culprit == Culprit::kNotJudged || (jumped > 0 && k < jumped + kHostFrames)) continue;
     ++result.frames;
     if (found.culprit == Culprit::kNone) continue;
@@ -896,7 +892,7 @@ TEST(Innovation, AHealthyHostIsNotAccused) {
     for (const double noise : {0.6, 1.2}) {
       Recording recording;
       if (!readRecording(name, noise, &recording)) continue;
-      const Alarms one = alarmsOf(recording, kNoisePx);
+      const Alarms one = alarmsOf(recording);
       frames += one.frames;
       alarms += one.alarms;
       RecordProperty(name + "_" + std::to_string(noise), one.alarms);

@@ -112,7 +112,7 @@ TEST_F(ScreenedFlight, AGlitchIsBridgedAndAShockIsNot) {
 // Rates that jump beside a glitch of the accelerometer are not believed, small as they are.
 TEST_F(ScreenedFlight, AGlitchOfBothSensors) {
   const Screened result = screenedHit(exact_, 2.0, 2.04, {380, -190, 270}, {1.5, 4.0, -2.0});
-  EXPECT_FALSE(onlyDamage(result).gyro_known);
+  EXPECT_FALSE(onlyDamage(result).gyroKnown());
   EXPECT_EQ(result.used.size(), exact_.imu.size() - 8);
   const auto& filled = result.screen.samples();
   ASSERT_EQ(filled.size(), exact_.imu.size());
@@ -125,7 +125,7 @@ TEST_F(ScreenedFlight, LongDamageStaysEmpty) {
   const Screened result = screenedHit(exact_, 2.0, 2.3, {120, 0, 0});
   const ImuDamage damage = onlyDamage(result);
   EXPECT_FALSE(damage.bridged);
-  EXPECT_TRUE(damage.gyro_known);
+  EXPECT_TRUE(damage.gyroKnown());
   EXPECT_NEAR(damage.last - damage.first, 0.305, 0.011);
   for (const ImuSample& sample : result.used) {
     EXPECT_FALSE(sample.t > damage.first + 1e-9 && sample.t < damage.last - 1e-9);
@@ -155,7 +155,7 @@ TEST_F(ScreenedFlight, WhileDamageGoesOnTheLastSampleIsHeld) {
   // Where nothing is wrong nothing is held.
   EXPECT_EQ(screened(exact_.imu).screen.heldUntil(1e3).size(), exact_.imu.size());
   const Screened both = screened(disturbed(samples, 2.0, 9.0, {0, 0, 0}, {0, 10, 0}));
-  ASSERT_FALSE(both.screen.damage().back().gyro_known);
+  ASSERT_FALSE(both.screen.damage().back().gyroKnown());
   const ImuSample last = both.screen.samples().back();
   for (const ImuSample& sample : both.screen.heldUntil(until)) {
     if (sample.t <= last.t) continue;
@@ -191,7 +191,7 @@ TEST_F(ScreenedFlight, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
       EXPECT_LT(damage.last, 2.57);
       hole += damage.last - damage.first;
       accel_size = std::hypot(accel_size, damage.accel_sigma * (damage.last - damage.first));
-      gyro_size = std::hypot(gyro_size, damage.gyroSigma() * (damage.last - damage.first));
+      gyro_size = std::hypot(gyro_size, damage.gyro_sigma * (damage.last - damage.first));
     }
     EXPECT_NEAR(hole, 1.0, 0.15) << accel;
     // White noise of 5 ms over a second.
@@ -216,8 +216,8 @@ TEST_F(ScreenedFlight, AFrozenSensorIsMissing) {
   const ImuDamage damage = onlyDamage(frozen);
   EXPECT_NEAR(damage.first, held.t, 0.0051);
   EXPECT_NEAR(damage.last, noisy_.imu[500].t, 1e-9);
-  EXPECT_FALSE(damage.gyro_known || damage.bridged || damage.open);
-  EXPECT_EQ(damage.gyroSigma(), kUnknownGyro);
+  EXPECT_FALSE(damage.gyroKnown() || damage.bridged || damage.open);
+  EXPECT_EQ(damage.gyro_sigma, kUnknownGyro);
   // What is kept of a sensor that stays frozen for a minute is bounded.
   ImuScreen screen = frozen.screen;
   ImuSample again = samples.back();
@@ -280,9 +280,9 @@ TEST_F(ScreenedFlight, ASaturatedAxisIsDamage) {
   const ImuDamage damage = onlyDamage(accel);
   EXPECT_NEAR(damage.first, noisy_.imu[400].t, 1e-9);
   EXPECT_NEAR(damage.last, noisy_.imu[500].t, 1e-9);
-  EXPECT_TRUE(damage.gyro_known);
+  EXPECT_TRUE(damage.gyroKnown());
   expectRatesAsMeasured(noisy_.imu, accel.screen.samples());
-  EXPECT_FALSE(onlyDamage(stuck_from(500, &ImuSample::gyro)).gyro_known);
+  EXPECT_FALSE(onlyDamage(stuck_from(500, &ImuSample::gyro)).gyroKnown());
   EXPECT_TRUE(stuck_from(405, &ImuSample::accel).screen.damage().empty());  // may be chance
   // What stays for longer than a second is how the axis is at rest.
   EXPECT_NEAR(onlyDamage(stuck_from(700, &ImuSample::gyro)).last, noisy_.imu[401].t + 1.0, 0.01);
@@ -351,11 +351,11 @@ TEST_F(ScreenedFlight, BesideAStuckAccelerometer) {
   std::vector<ImuSample> samples = noisy_.imu;
   for (std::size_t i = 401; i < 416; ++i) samples[i].accel.z() = samples[401].accel.z();
   const Screened stuck = screened(samples);
-  EXPECT_TRUE(onlyDamage(stuck).bridged && onlyDamage(stuck).gyro_known);
+  EXPECT_TRUE(onlyDamage(stuck).bridged && onlyDamage(stuck).gyroKnown());
   expectAscending(stuck.used);
   samples[412].gyro.x() = 500.0;
   const Screened glitch = screened(samples);
-  EXPECT_FALSE(onlyDamage(glitch).gyro_known);
+  EXPECT_FALSE(onlyDamage(glitch).gyroKnown());
   for (const ImuSample& sample : glitch.screen.samples()) EXPECT_LT(sample.gyro.norm(), 10.0);
 }
 
@@ -370,9 +370,9 @@ TEST_F(ScreenedFlight, DamageFromOutside) {
   ASSERT_EQ(data.screen.damage().size(), 2u);
   EXPECT_EQ(data.screen.damage().front().first, 1.0);
   const ImuDamage damage = data.screen.damage().back();
-  EXPECT_TRUE(damage.measured && !damage.open && !damage.bridged && !damage.gyro_known);
+  EXPECT_TRUE(damage.measured && !damage.open && !damage.bridged && !damage.gyroKnown());
   EXPECT_EQ(damage.accel_sigma, 15.0);
-  EXPECT_EQ(damage.gyroSigma(), 0.5);
+  EXPECT_EQ(damage.gyro_sigma, 0.5);
   EXPECT_EQ(data.screen.samples().size(), exact_.imu.size());
   const ImuWidening widening = wideningOf(data.screen.damage(), 2.05, 2.15);
   EXPECT_TRUE(widening.damaged);
@@ -475,7 +475,7 @@ TEST_F(ScreenedFlight, MissingSamples) {
   expectRatesAsMeasured(exact_.imu, {known.used.begin(), known.used.end()});
   const ImuDamage hole = onlyDamage(without(0.5));
   EXPECT_FALSE(hole.bridged);
-  EXPECT_FALSE(hole.gyro_known);
+  EXPECT_FALSE(hole.gyroKnown());
 }
 
 struct Carry {
@@ -646,7 +646,7 @@ TEST_F(ImuPropagation, DamageWidens) {
 
 class Watch : public ::testing::Test {
  protected:
-  WatchFinding find(const std::vector<NavState>& states) const {
+  HostHealth find(const std::vector<NavState>& states) const {
     std::vector<FrameObservation> frames = exact_.keyframes;
     for (std::size_t k = 0; k < frames.size(); ++k) frames[k].t = exact_.truth[k].t;
     return watchWindow(states, frames, data_.screen.samples(), data_.screen.damage(),
@@ -661,8 +661,8 @@ class Watch : public ::testing::Test {
 
 TEST_F(Watch, RightStates) {
   for (int newest = kHostFrames; newest < kFrames - 1; ++newest) {
-    const WatchFinding finding = find(window(newest));
-    EXPECT_TRUE(finding.healthy) << finding.reason;
+    const HostHealth finding = find(window(newest));
+    EXPECT_FALSE(finding.suspect) << finding.reason;
     EXPECT_LT(finding.reprojection_px, 3.0);
     EXPECT_LT(finding.velocity_mps, 0.1);
     EXPECT_LT(finding.rotation_deg, 0.5);
@@ -750,11 +750,11 @@ TEST_F(Watch, EachFindingHasTwoSides) {
     States good = window(30), bad = window(30);
     one.spoil(one.good, &good);
     one.spoil(one.bad, &bad);
-    EXPECT_TRUE(find(good).healthy) << find(good).reason;
-    EXPECT_FALSE(find(bad).healthy) << one.reason;
+    EXPECT_FALSE(find(good).suspect) << find(good).reason;
+    EXPECT_TRUE(find(bad).suspect) << one.reason;
     EXPECT_NE(find(bad).reason.find(one.reason), std::string::npos) << find(bad).reason;
   }
-  EXPECT_TRUE(find({}).healthy);
+  EXPECT_FALSE(find({}).suspect);
 }
 
 TEST(CompareStates, VelocityAndTilt) {

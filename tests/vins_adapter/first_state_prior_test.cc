@@ -185,11 +185,11 @@ TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
   host.Vs[0] = state.V;
   host.Bas[0] = Eigen::Vector3d(0.1, 0.2, 0.3);
   host.Bgs[0] = Eigen::Vector3d(0.01, 0.02, 0.03);
-  glue_detail::setPrior(host, {}, false, 0);
+  glue_detail::setPrior(host, std::vector<double>(), false);
   EXPECT_EQ(host.last_marginalization_info, nullptr);
   const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
   for (int again = 0; again < 2; ++again) {
-    glue_detail::setPrior(host, prior, false, 0);
+    glue_detail::setPrior(host, prior, false);
     const Info* info = host.last_marginalization_info;
     ASSERT_NE(info, nullptr);
     EXPECT_EQ(info->m, 0);
@@ -223,10 +223,10 @@ TEST(FirstStatePrior, AnAnchoredHostHoldsPositionAndHeadingToo) {
   AnchoredHost host;
   host.Rs[0] = state.R;
   Host other;
-  EXPECT_FALSE(glue_detail::anchorAgain(other, 0));
-  ASSERT_TRUE(glue_detail::anchorAgain(host, 0));
+  EXPECT_FALSE(glue_detail::anchorAgain(other));
+  ASSERT_TRUE(glue_detail::anchorAgain(host));
   EXPECT_TRUE(host.first_optimization);
-  glue_detail::setPrior(host, prior, true, 0);
+  glue_detail::setPrior(host, prior, true);
   const Eigen::MatrixXd& root = host.last_marginalization_info->linearized_jacobians;
   EXPECT_EQ(root.topRows(11), rootOf(prior));
   EXPECT_EQ(Eigen::FullPivLU<Eigen::MatrixXd>(root).rank(), 15);
@@ -248,7 +248,7 @@ TEST(FirstStatePrior, AnAnchoredHostHoldsPositionAndHeadingToo) {
 // A host without them stays as it is.
 TEST(FirstStatePrior, AHostWithoutTheMembersCompiles) {
   int host = 7;
-  glue_detail::setPrior(host, std::vector<double>(165, 1.0), true, 0);
+  glue_detail::setPrior(host, std::vector<double>(165, 1.0), true);
   EXPECT_EQ(host, 7);
 }
 

@@ -99,8 +99,8 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_TRUE(adapter->options().reinit);
   EXPECT_TRUE(adapter->options().watchdog);  // as reinit
   EXPECT_TRUE(file_.keep_heading);           // as reinit
-  EXPECT_EQ(file_.imu_limits.max_accel, 300.0);
-  EXPECT_EQ(file_.imu_limits.max_gyro, ImuLimits().max_gyro);
+  EXPECT_EQ(adapter->options().imu.max_accel, 300.0);
+  EXPECT_EQ(adapter->options().imu.max_gyro, ImuLimits().max_gyro);
   EXPECT_EQ(adapter->addImu(1.0, Eigen::Vector3d(299.0, 0, 0), Eigen::Vector3d::Zero()),
             AddStatus::kAdded);
   EXPECT_EQ(adapter->addImu(1.1, Eigen::Vector3d(301.0, 0, 0), Eigen::Vector3d::Zero()),

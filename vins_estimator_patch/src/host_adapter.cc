@@ -74,6 +74,8 @@ constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
 constexpr double kMaxImageHeight = 100000;
 
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+
 constexpr std::pair<const char*, HostMode> kModes[] = {
     {"stock", HostMode::kStock}, {"slim", HostMode::kSlim}, {"shadow", HostMode::kShadow}};
 
@@ -153,6 +155,22 @@ std::string HostOptions::validate() const {
 }
 
 struct HostAdapter::State {
+  using Lock = std::unique_lock<std::mutex>;
+
+  // ----------------------------------------------------------------------------- streams and times
+
+  Calibration calibration() const { return initializer->info().calibration; }
+  // With the host's present extrinsic.
+  Calibration calibrationWith(const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) const {
+    Calibration result = calibration();
+    result.R_b_c = ric;
+    result.t_b_c = tic;
+    return result;
+  }
+  // What the host has estimated in flight, or an answer has found.
+  OptionalCalibration knownCalibration() const {
+    return flown ? flown : memory.learned().known.calibration;
+  }
   // A restart makes it forget the streams; `status` is what became of the message.
   AddStatus noteRestart(AddStatus status) {
     if (status == AddStatus::kRestarted) {
@@ -161,6 +179,7 @@ struct HostAdapter::State {
     }
     return status;
   }
+
   void forget() {
     first_stamp = kNotComputed;
     td_of.clear();
@@ -168,12 +187,13 @@ struct HostAdapter::State {
     gaps.clear();
     newest_image = kNotComputed;
     screen.reset();
-    last_check = -std::numeric_limits<double>::infinity();
+    last_check = kNever;
     endFlight();
     last_agreed = kNotComputed;
     lost.reset();
     flown = OptionalCalibration();
   }
+
   void endFlight() {
     worker.discard();
     in_window.clear();
@@ -188,53 +208,111 @@ struct HostAdapter::State {
     innovations.reset();
     alone.reset();
   }
-  using Lock = std::unique_lock<std::mutex>;
+  // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
+  double hostTime(double stamp) const {
+    const auto it = td_of.find(stamp);
+    return stamp + (it == td_of.end() ? calibration().td : it->second);
+  }
 
-  // With the host's present extrinsic.
-  Calibration calibrationWith(const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) const {
-    Calibration calibration = initializer->info().calibration;
-    calibration.R_b_c = ric;
-    calibration.t_b_c = tic;
-    return calibration;
+  // The host drops images while it has no IMU data, but its tracker has them.
+  void noteImage(double stamp) {
+    // A stamp that is from the future, or of the time before a restart, has made no gap.
+    for (; !gaps.empty() && gaps.rbegin()->second > stamp; gaps.erase(std::prev(gaps.end()))) {
+      newest_image = gaps.rbegin()->first;
+    }
+    if (stamp - newest_image > kLongestUnjudged) gaps[newest_image] = stamp;
+    newest_image = stamp;
   }
-  // What the host has estimated in flight, or an answer has found.
-  OptionalCalibration knownCalibration() const {
-    return flown ? flown : memory.learned().known.calibration;
+
+  void forgetOld(double stamp) {
+    for (auto td = td_of.begin(); td != td_of.end() && td->first < stamp - kStampsKept;) {
+      const bool used = std::binary_search(in_window.begin(), in_window.end(), td->first);
+      td = used ? std::next(td) : td_of.erase(td);
+    }
+    const double oldest = in_window.empty() ? stamp : in_window.front();
+    while (!gaps.empty() && gaps.begin()->second < std::min(oldest, stamp - kStampsKept)) {
+      gaps.erase(gaps.begin());
+    }
+    const auto isUsed = [this](const FrameObservation& frame) {
+      return std::any_of(in_window.begin(), in_window.end(), [&](double one) {
+        return std::abs(hostTime(one) - frame.t) <= kSameFrame;
+      });
+    };
+    const auto young = std::find_if(frames.begin(), frames.end(), [this](const auto& frame) {
+      return frame.t >= frames.back().t - kFramesKept;
+    });
+    frames.erase(std::remove_if(frames.begin(), young, [&](const auto& f) { return !isUsed(f); }),
+                 young);
   }
-  HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
-                   bool wants_evidence, Lock* lock);
-  void noteWindow(const std::vector<HostState>& window) {
-    in_window = stampsOf(window);
-    if (!window.empty() && window.back().Bg.allFinite()) gyro_bias = window.back().Bg;
+
+  // Between two frames of the host [s]; shorter gaps than kLongestUnjudged are not in it.
+  double longestWithoutImage(double first, double last) const {
+    double longest = std::max(0.0, last - std::max(first, newest_image));
+    for (const auto& [begin, end] : gaps) {
+      longest = std::max(longest, std::min(end, last) - std::max(begin, first));
+    }
+    return longest;
   }
-  void compensateRows(const Calibration& calibration, FrameObservation* frame) const;
+
+  // Watchdog and innovation test know no rows: bearings are turned from the exposure of their row
+  // to the stamp by the present rate, as withRowsCompensated() of the core turns those of a window.
+  void compensateRows(const Calibration& calibration, FrameObservation* frame) const {
+    const std::vector<ImuSample> samples =
+        samplesBetween(screen.heldUntil(frame->t), frame->t - calibration.readout_s, frame->t);
+    if (samples.empty()) return;
+    const OptionalCalibration known = knownCalibration();
+    const Eigen::Matrix3d& R_b_c = known ? known->R_b_c : calibration.R_b_c;
+    // The samples of the later rows are yet to come; the mean of those before has less noise.
+    Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+    for (const ImuSample& sample : samples) rate += sample.gyro / samples.size();
+    const Eigen::Vector3d turn = calibration.readout_s * R_b_c.transpose() * (rate - gyro_bias);
+    for (PointObservation& point : frame->points) {
+      point.bearing = expOf(point.row * turn) * point.bearing;
+    }
+  }
+
   void removeMoving(FrameObservation* frame) const {
     const auto moves = [this](const PointObservation& point) { return moving.count(point.id) > 0; };
     std::vector<PointObservation>& points = frame->points;
     points.erase(std::remove_if(points.begin(), points.end(), moves), points.end());
   }
-  void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
-                         Lock* lock, HostHealth* health);
-  std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
-  void noteImage(double stamp);
-  void forgetOld(double stamp);
-  double longestWithoutImage(double first, double last) const;
-  bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
-                     bool* uncertain) const;
-  std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
-  PropagatedState healthyStateOf(const HostState& state) const;
-  std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
+
+  // ---------------------------------------------------------------------------------------- states
+
+  // On the IMU clock, as the host has paired its frames with its samples.
+  NavState stateOf(const HostState& host) const {
+    NavState state = fromHostState(host, 0.0);
+    state.t = hostTime(host.stamp);
+    return state;
+  }
+  std::vector<NavState> statesOf(const std::vector<HostState>& window) const {
+    std::vector<NavState> states;
+    for (const HostState& state : window) states.push_back(stateOf(state));
+    return states;
+  }
+  void noteWindow(const std::vector<HostState>& window) {
+    in_window = stampsOf(window);
+    if (!window.empty() && window.back().Bg.allFinite()) gyro_bias = window.back().Bg;
+  }
+  PropagatedState healthyStateOf(const HostState& state) const {
+    if (lost && state.stamp == lost_stamp && !reaches(hostTime(state.stamp))) return *lost;
+    PropagatedState healthy;
+    healthy.state = stateOf(state);
+    healthy.covariance = healthyCovariance();
+    return healthy;
+  }
   bool reaches(double t) const {
     return !screen.samples().empty() && screen.samples().front().t <= t;
   }
   // By the IMU. False, and a reason, where the data do not reach.
   bool carry(const PropagatedState& from, double t, const std::deque<ImuSample>& samples,
              PropagatedState* to, std::string* problem) const {
-    const Calibration calibration = initializer->info().calibration;
+    const Calibration rig = calibration();
     return propagateState(from, t, samples, screen.damage(),
-                          Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
-                          calibration.imu_noise, to, problem);
+                          Eigen::Vector3d(0.0, 0.0, -rig.gravity_magnitude), rig.imu_noise, to,
+                          problem);
   }
+
   // Stops in front of damage, whose error is constant, as long as the data are there.
   void carryLost(double until) {
     if (!lost) return;
@@ -247,29 +325,412 @@ struct HostAdapter::State {
       carry(*lost, until, screen.samples(), &*lost, &problem);
     }
   }
-  // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
-  double hostTime(double stamp) const {
-    const auto it = td_of.find(stamp);
-    return stamp + (it == td_of.end() ? initializer->info().calibration.td : it->second);
+
+  HostPropagation propagate(const HostState& from, double stamp) const {
+    HostPropagation result;
+    PropagatedState propagated = healthyStateOf(from);
+    const double t = hostTime(stamp);
+    result.ok = carry(propagated, t, screen.heldUntil(t), &propagated, &result.message);
+    if (!result.ok) return result;
+    result.state = toHostState(propagated.state, calibration().td);
+    result.state.stamp = std::max(stamp, from.stamp);
+    result.position_sigma = propagated.positionSigma();
+    result.yaw_sigma_deg = kRadToDeg * propagated.yawSigma();
+    result.message = propagationMessage(stamp - from.stamp, result);
+    return result;
+  }
+
+  // The solution at another time, where it reaches there.
+  std::optional<NavState> stateAt(const InitResult& result, double t) const {
+    std::vector<NavState> at;
+    const bool reached = initializer->statesAt(result, {t}, options.max_reach_s, &at, nullptr);
+    return reached && at.size() == 1 ? std::optional<NavState>(at.front()) : std::nullopt;
+  }
+
+  std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const {
+    std::vector<HostImuInterval> result;
+    if (stamps.empty()) return result;
+    const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
+    for (std::size_t i = 1; i < stamps.size(); ++i) {
+      const double t_i = hostTime(stamps[i - 1]), t_j = hostTime(stamps[i]);
+      HostImuInterval interval;
+      double last = t_i;
+      for (const ImuSample& sample : samplesBetween(samples, t_i, t_j)) {
+        interval.dt.push_back(sample.t - last);
+        interval.accel.push_back(sample.accel);
+        interval.gyro.push_back(sample.gyro);
+        last = sample.t;
+      }
+      const ImuWidening widening = wideningOf(screen.damage(), t_i, t_j);
+      interval.damaged = widening.damaged;
+      interval.sigma_theta = widening.sigma_theta;
+      interval.sigma_v = widening.sigma_v;
+      interval.sigma_p = widening.sigma_p;
+      result.push_back(std::move(interval));
+    }
+    return result;
+  }
+
+  // The frame's samples have arrived, and the screen has not let all of them pass to the
+  // initializer.
+  bool isHeldBack(double stamp) const {
+    const double t = hostTime(stamp);
+    return screen.newest() >= t && initializer->info().imu.last < t;
+  }
+
+  // ------------------------------------------------------------------------------ a host in flight
+
+  // Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU
+  // clock]; `tracks`: all of that frame.
+  std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const {
+    std::set<FeatureId> before;
+    std::vector<long long> over;
+    *tracks = 0;
+    for (const FrameObservation& frame : frames) {
+      if (frame.t <= begin + kSameFrame) {
+        for (const PointObservation& point : frame.points) before.insert(point.id);
+      } else if (std::abs(frame.t - end) <= kSameFrame) {
+        *tracks = static_cast<int>(frame.points.size());
+        for (const PointObservation& point : frame.points) {
+          if (before.count(point.id) > 0) over.push_back(point.id);
+        }
+      }
+    }
+    return over;
+  }
+
+  // What a tracker carries over a gap in the images are other points: drops the states before the
+  // last gap. True if that is the newest interval. `uncertain` is set if nothing has judged the IMU
+  // data of an interval.
+  bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
+                     bool* uncertain) const {
+    for (std::size_t i = optimized->size(); i-- > 0;) {
+      const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
+      *uncertain = *uncertain || gap > kLongestUnjudged;
+      if (gap <= kLongestTracked) continue;
+      optimized->erase(optimized->begin(), optimized->begin() + static_cast<std::ptrdiff_t>(i) + 1);
+      return i + 2 == stamps.size();
+    }
+    return false;
+  }
+
+  // By what the newest interval, up to `t` [s], adds to the errors of the last state that the
+  // images have vouched for, `before` in the first frame without them.
+  void widenByImuAlone(const HostState& before, double t, HostPreparation* frame) {
+    if (!alone) vouched = alone = healthyStateOf(before);
+    const double position = alone->positionSigma(), yaw = alone->yawSigma();
+    std::string problem;
+    // Not in steps while its data are there: the error of damaged data is constant.
+    if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) {
+      vouched = alone;
+      if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) return;
+    }
+    const auto added = [](double sigma, double now, double earlier) {
+      return std::max(sigma, std::sqrt(std::max(now * now - earlier * earlier, 0.0)));
+    };
+    frame->position_sigma = added(frame->position_sigma, alone->positionSigma(), position);
+    frame->yaw_sigma_deg =
+        added(frame->yaw_sigma_deg, kRadToDeg * alone->yawSigma(), kRadToDeg * yaw);
+  }
+
+  // Compares with a window that is solved without the host's states, which would not be independent
+  // of them, nor of their biases. If such a window has had no answer, which may be for an extrinsic
+  // that its motion does not show, the next one is given the calibration, and finds none of its
+  // own.
+  void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
+                         Lock* lock, HostHealth* health) {
+    Priors priors;
+    if (check_refused) priors.sensors.calibration = knownCalibration();
+    const SolveWorker::Solve solve = [initializer = initializer.get(), priors] {
+      InitResult result = initializer->initialize(priors);
+      if (priors.sensors.calibration) result.calibration = OptionalCalibration();
+      return result;
+    };
+    const double every = wants_evidence ? kEvidenceEvery : kCheckEvery;
+    const bool due = urgent || contradictions > 0 || !(stamp - last_check < every);
+    std::optional<Solved> solved;
+    if (options.max_wait_ms < 0.0) {
+      if (due) solved = solveNow(stamp, solve);
+    } else {
+      solved = worker.take(SolvePurpose::kCheck, SolveWorker::Clock::now());
+      // A solve that is wanted more is not put off.
+      const bool free = !worker.isBusy(SolvePurpose::kCheck) &&
+                        !worker.isBusy(SolvePurpose::kRecover) &&
+                        !worker.isBusy(SolvePurpose::kSeed);
+      if (due && free) worker.post(SolvePurpose::kCheck, stamp, solve);
+      if (urgent && !solved.has_value()) solved = awaited(SolvePurpose::kCheck, stamp, lock);
+    }
+    if (!solved.has_value()) return;
+    last_check = solved->stamp;
+    health->calibration = solved->result.calibration;
+    check_refused = !solved->result.success();
+    if (!solved->result.success() || solved->result.states.empty()) return;
+    const std::optional<NavState> independent = stateAt(solved->result, newest.t);
+    if (!independent) return;
+    const double scale_sigma = solved->result.scale_sigma;
+    const std::string contradiction = compareStates(newest, *independent, scale_sigma);
+    if (contradiction.empty()) {
+      contradictions = suspect_frames = 0;
+      last_agreed = solved->stamp;
+      if (isClose(newest, *independent, scale_sigma)) health->confirmed_stamp = solved->stamp;
+      return;
+    }
+    // The initializer does not see damage, and a window with a little of it may be wrong with any
+    // certainty. Where most of it is damaged the host may be what is wrong with the IMU data.
+    const double first = solved->result.states.front().t;
+    const double damaged = damagedTime(screen.damage(), first, newest.t);
+    if (damaged > 0.0 && damaged < kMostlyDamaged * (newest.t - first)) {
+      contradictions = 0;
+      return;
+    }
+    ++contradictions;
+    health->suspect = true;
+    health->reason += (health->reason.empty() ? "" : "; ") + contradiction;
+  }
+
+  HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
+                   bool wants_evidence, Lock* lock) {
+    const std::vector<NavState> states = statesOf(window);
+    for (std::size_t i = 1; i < states.size(); ++i) {
+      if (!(states[i].t > states[i - 1].t)) return HostHealth();
+    }
+    std::vector<FrameObservation> scene(frames.begin(), frames.end());
+    for (FrameObservation& frame : scene) removeMoving(&frame);
+    HostHealth health = watchWindow(states, scene, screen.samples(), screen.damage(), calibration);
+    const bool finite = !states.empty() && states.back().isFinite();
+    if (!health.suspect && finite) {
+      health.reason = steady_biases.judge(states.back());
+      health.suspect = !health.reason.empty();
+    }
+    const bool suspect = health.suspect;
+    suspect_frames = suspect ? suspect_frames + 1 : 0;
+    if (!finite) {
+      health.healthy = states.empty();
+      return health;
+    }
+    const int contradictions_before = contradictions, suspect_before = suspect_frames;
+    checkAgainstSolve(states.back(), window.back().stamp, suspect, wants_evidence, lock, &health);
+    if (contradictions > contradictions_before) {
+      // One solved window may be the wrong one.
+      health.healthy = !suspect && contradictions < 2;
+    } else if (suspect_frames < suspect_before) {
+      // It agrees: a bias that has moved has not been thrown off.
+      steady_biases = SteadyBiases();
+    } else {
+      health.healthy = suspect_frames < kSuspectFrames;
+    }
+    return health;
+  }
+
+  // ------------------------------------------------------------------------- starts and recoveries
+
+  // Of copies: the streams go on while it runs.
+  SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy) {
+    Priors priors;
+    priors.sensors = memory.knownAt(stamp);
+    if (healthy != nullptr) priors.healthy = priorsOf(*healthy);
+    return [solver = initializer.get(), priors] { return solver->initialize(priors); };
+  }
+
+  // What the healthy states know, propagated over what the IMU has not measured: the initializer
+  // does not see the damage.
+  std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const {
+    std::vector<StatePrior> priors;
+    const auto add = [&](const PropagatedState& state) {
+      priors.push_back(toStatePrior(state));
+      priors.back().calibration = flown;
+    };
+    for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
+      PropagatedState propagated = healthyStateOf(*state);
+      // States close to each other know the same.
+      if (!priors.empty() && priors.back().state.t - propagated.state.t < kBetweenPriors) continue;
+      double until = propagated.state.t;
+      for (const ImuDamage& one : screen.damage()) {
+        const bool follows = one.first < hostTime(healthy.back().stamp) + kDamageFollows;
+        if (!one.bridged && follows && one.last > until) until = one.last;
+      }
+      std::string problem;
+      if (!carry(propagated, until, screen.samples(), &propagated, &problem)) continue;
+      add(propagated);
+      if (priors.size() == kMostPriors) break;
+    }
+    // None reaches the end of the damage: the frame of the newest continues inside the window.
+    if (priors.empty() && !healthy.empty()) add(healthyStateOf(healthy.back()));
+    std::reverse(priors.begin(), priors.end());
+    return priors;
+  }
+
+  // Waits for a solve of this purpose while the streams go on; the time is one for all calls about
+  // a frame.
+  std::optional<Solved> awaited(SolvePurpose purpose, double stamp, Lock* lock) {
+    if (stamp != waiting_stamp) {
+      waiting_stamp = stamp;
+      const std::chrono::duration<double, std::milli> wait(options.max_wait_ms);
+      wait_until = SolveWorker::Clock::now() +
+                   std::chrono::duration_cast<SolveWorker::Clock::duration>(wait);
+    }
+    lock->unlock();
+    std::optional<Solved> solved = worker.take(purpose, wait_until);
+    lock->lock();
+    return solved;
+  }
+
+  // The newest finished solve of this purpose; begins one of the newest window unless one is at
+  // work. Nothing: none has finished in time.
+  std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
+                                     Lock* lock) {
+    if (options.max_wait_ms < 0.0) return solveNow(stamp, solve);
+    std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
+    if (earlier.has_value() && !(std::abs(stamp - earlier->stamp) <= kFreshSolve)) earlier.reset();
+    if (earlier.has_value() && earlier->result.success()) return earlier;
+    if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
+      return solveNow(stamp, solve);
+    }
+    std::optional<Solved> solved = awaited(purpose, stamp, lock);
+    return solved.has_value() ? std::move(solved) : std::move(earlier);
   }
 
   HostResult answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
-                    Lock* lock);
-  SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy);
-  std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
-                                     Lock* lock);
-  SolveWorker::Clock::time_point deadlineOf(double stamp);
-  std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
-  HostPropagation propagate(const HostState& from, double stamp) const;
-  void widenByImuAlone(const HostState& before, double t, HostPreparation* frame);
-  HostPropagation continuationOf(const HostState& healthy, const InitResult& result) const;
-  bool isHeldBack(double stamp) const;
-  std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
-                                   const std::vector<HostState>* healthy) const;
+                    Lock* lock) {
+    HostResult answer;
+    const auto decline = [&answer](InitStatus status, const std::string& message) {
+      answer.result.status = status;
+      answer.result.message = message;
+      answer.message = message;
+      return answer;
+    };
+    std::string problem = checkStamps(stamps);
+    if (!problem.empty()) return decline(InitStatus::kInvalidInput, problem);
+    answer.stamp = stamps.back();
+    answer.data_s = answer.stamp - first_stamp;
+    if (healthy != nullptr && !options.reinit) {
+      return decline(InitStatus::kInvalidInput, "recovery is switched off (reinit: 0)");
+    }
+    if (healthy != nullptr && healthy->empty()) {
+      return decline(InitStatus::kInvalidInput, "the host has had no healthy state yet");
+    }
+
+    std::optional<Solved> solved =
+        solvedInTime(healthy == nullptr ? SolvePurpose::kSeed : SolvePurpose::kRecover,
+                     stamps.back(), solveFor(answer.stamp, healthy), lock);
+    if (!solved.has_value()) {
+      answer.pending = true;
+      return decline(InitStatus::kTimeLimit, "the solve has not finished");
+    }
+    answer.result = std::move(solved->result);
+    answer.solve_ms = solved->solve_ms;
+    answer.message = answer.result.message;
+    if (!answer.result.success()) return answer;
+    problem = answer.result.validate();
+    if (!problem.empty()) {
+      return decline(InitStatus::kNumericalFailure,
+                     initializer->info().method + " reported " + problem);
+    }
+    if (healthy != nullptr && !answer.result.frame_continued) {
+      return decline(InitStatus::kTooFewKeyframes, initializer->info().method + " has no recovery");
+    }
+    InitStatus status = InitStatus::kSuccess;
+    if (!fillWindow(stamps, healthy, &answer, &status, &problem)) {
+      answer.pending = healthy != nullptr && isHeldBack(stamps.back());
+      return decline(status, problem);
+    }
+    if (healthy != nullptr) answer.frame = continuationOf(healthy->back(), answer.result);
+    if (healthy == nullptr) last_agreed = solved->stamp;
+    expectOtherStates();
+    memory.learn(answer.result.calibration);
+    return answer;
+  }
+
+  // The host's frames lie between our keyframes, and some outside them. `healthy`: of the odometry
+  // frame that is continued; null: a new one.
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
-                  HostResult* answer, InitStatus* status, std::string* problem) const;
+                  HostResult* answer, InitStatus* status, std::string* problem) const {
+    const double reach = answer->result.states.front().t - options.max_reach_s;
+    std::vector<NavState> window = keptStates(stamps, reach, healthy);
+    const std::size_t kept = window.size();
+    std::vector<double> times;
+    times.reserve(stamps.size());
+    // Not at the td that was found: the host's preintegrations reach from frame to frame as it has
+    // paired them, and its own model moves what was seen to these times (velocity on the image
+    // plane times the change of td).
+    for (std::size_t i = kept; i < stamps.size(); ++i) times.push_back(hostTime(stamps[i]));
+    std::vector<NavState> states;
+    if (!initializer->statesAt(answer->result, times, options.max_reach_s, &states, problem)) {
+      *status = InitStatus::kTooFewKeyframes;
+      *problem = "the host's window cannot be filled: " + *problem;
+      return false;
+    }
+    if (states.size() != times.size()) {
+      *status = InitStatus::kNumericalFailure;
+      *problem = text(initializer->info().method, " returned ", states.size(), " states for ",
+                      times.size(), " stamps");
+      return false;
+    }
+    window.insert(window.end(), states.begin(), states.end());
+    // A start from rest has its origin where the body stood, a recovery that of the host.
+    const bool keeps = healthy != nullptr || std::isfinite(answer->result.at_rest_since);
+    if (!toWindow(window, stamps, keeps ? HostOrigin::kKeep : HostOrigin::kFirstBody,
+                  &answer->window, problem)) {
+      *status = InitStatus::kNumericalFailure;
+      return false;
+    }
+    const HostState& first = answer->window.states.front();
+    answer->window.prior = kept > 0 ? firstStatePrior({window.front(), healthyCovariance()}, first)
+                                    : firstStatePrior(answer->result, window.front(), first);
+    return true;
+  }
+
+  // In slow motion the host's frames reach further back than our window: what it knew of those, in
+  // the odometry frame that is continued, one for each of the first stamps up to `begin` [s]. None
+  // where one of them is not known.
+  std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
+                                   const std::vector<HostState>* healthy) const {
+    std::vector<NavState> kept;
+    if (healthy == nullptr) return kept;
+    auto candidate = healthy->begin();
+    for (const double stamp : stamps) {
+      if (hostTime(stamp) >= begin) break;
+      while (candidate != healthy->end() && candidate->stamp < stamp - kSameFrame) ++candidate;
+      if (candidate == healthy->end() || candidate->stamp > stamp + kSameFrame) return {};
+      kept.push_back(stateOf(*candidate));
+      kept.back().t = hostTime(stamp);
+    }
+    return kept;
+  }
+
   bool toWindow(const std::vector<NavState>& states, const std::vector<double>& stamps,
-                HostOrigin origin, HostWindow* window, std::string* problem) const;
+                HostOrigin origin, HostWindow* window, std::string* problem) const {
+    const Calibration rig = calibration();
+    if (!toHostWindow(states, rig.gravity_magnitude, rig.td, origin, window, problem)) {
+      return false;
+    }
+    // As requested, to the last bit: the host finds its frames by them.
+    for (std::size_t i = 0; i < stamps.size(); ++i) window->states[i].stamp = stamps[i];
+    return true;
+  }
+
+  // The IMU has propagated the healthy state to where the window begins; from there the window's
+  // own scale counts.
+  HostPropagation continuationOf(const HostState& healthy, const InitResult& result) const {
+    const NavState &first = result.states.front(), &last = result.states.back();
+    const double begin = calibration().imageStamp(first.t);
+    HostPropagation frame = propagate(healthy, std::max(healthy.stamp, begin));
+    const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
+    frame.start_sigma = scale_sigma * (last.p_w_b - first.p_w_b).norm();
+    // A host whose velocity is wrong may have gone wrong since a solve has last agreed with it.
+    const NavState carried = fromHostState(frame.state, calibration().td);
+    const std::optional<NavState> solved = frame.ok ? stateAt(result, carried.t) : std::nullopt;
+    const double off = solved ? (carried.v_w_b - solved->v_w_b).norm() : 0.0;
+    if (off > kCloseVelocity) {
+      const double since = std::isnan(last_agreed) ? first_stamp : last_agreed;
+      frame.start_sigma = std::hypot(frame.start_sigma, off * std::max(healthy.stamp - since, 0.0));
+    }
+    frame.position_sigma = std::hypot(frame.position_sigma, frame.start_sigma);
+    if (frame.ok) {
+      frame.message = propagationMessage(begin - healthy.stamp, frame);
+    }
+    return frame;
+  }
 
   mutable std::mutex mutex;
   std::unique_ptr<IInitializer> initializer;
@@ -282,9 +743,9 @@ struct HostAdapter::State {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // of its newest frame [rad/s]
   double newest_image = kNotComputed;  // stamp, of those that the host has received [s]
   std::map<double, double> gaps;       // in these, longer than kLongestUnjudged: begin and end
-  double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
-  double last_agreed = kNotComputed;  // of a solve with the host: its stamp [s]
-  int contradictions = 0;             // solved windows in a row that speak against the host
+  double last_check = kNever;          // stamp of the newest state [s]
+  double last_agreed = kNotComputed;   // of a solve with the host: its stamp [s]
+  int contradictions = 0;              // solved windows in a row that speak against the host
   int suspect_frames = 0;
   bool check_refused = false;  // the last solve that the host was to be compared with
   SteadyBiases steady_biases;
@@ -303,502 +764,6 @@ struct HostAdapter::State {
   SolveWorker::Clock::time_point wait_until;
   SolveWorker worker;  // last, so that its thread ends first
 };
-
-// On the IMU clock, as the host has paired its frames with its samples.
-std::vector<NavState> HostAdapter::State::statesOf(const std::vector<HostState>& window,
-                                                   double td) const {
-  std::vector<NavState> states;
-  for (const HostState& state : window) {
-    states.push_back(fromHostState(state, td));
-    states.back().t = hostTime(state.stamp);
-  }
-  return states;
-}
-
-PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const {
-  if (lost && state.stamp == lost_stamp && !reaches(hostTime(state.stamp))) return *lost;
-  PropagatedState healthy;
-  healthy.state = fromHostState(state, initializer->info().calibration.td);
-  healthy.state.t = hostTime(state.stamp);
-  healthy.covariance = healthyCovariance();
-  return healthy;
-}
-
-// Watchdog and innovation test know no rows: bearings are turned from the exposure of their row to
-// the stamp by the present rate, as withRowsCompensated() of the core turns those of a window.
-void HostAdapter::State::compensateRows(const Calibration& calibration,
-                                        FrameObservation* frame) const {
-  const std::vector<ImuSample> samples =
-      samplesBetween(screen.heldUntil(frame->t), frame->t - calibration.readout_s, frame->t);
-  if (samples.empty()) return;
-  const OptionalCalibration known = knownCalibration();
-  const Eigen::Matrix3d& R_b_c = known ? known->R_b_c : calibration.R_b_c;
-  // The samples of the later rows are yet to come; the mean of those before has less noise.
-  Eigen::Vector3d rate = Eigen::Vector3d::Zero();
-  for (const ImuSample& sample : samples) rate += sample.gyro / samples.size();
-  const Eigen::Vector3d turn = calibration.readout_s * R_b_c.transpose() * (rate - gyro_bias);
-  for (PointObservation& point : frame->points) {
-    point.bearing = expOf(point.row * turn) * point.bearing;
-  }
-}
-
-// Compares with a window that is solved without the host's states, which would not be independent
-// of them, nor of their biases. If such a window has had no answer, which may be for an extrinsic
-// that its motion does not show, the next one is given the calibration, and finds none of its own.
-void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp, bool urgent,
-                                           bool wants_evidence, Lock* lock, HostHealth* health) {
-  Priors priors;
-  if (check_refused) priors.sensors.calibration = knownCalibration();
-  const SolveWorker::Solve solve = [initializer = initializer.get(), priors] {
-    InitResult result = initializer->initialize(priors);
-    if (priors.sensors.calibration) result.calibration = OptionalCalibration();
-    return result;
-  };
-  const double every = wants_evidence ? kEvidenceEvery : kCheckEvery;
-  const bool due = urgent || contradictions > 0 || !(stamp - last_check < every);
-  std::optional<Solved> solved;
-  if (options.max_wait_ms < 0.0) {
-    if (due) solved = solveNow(stamp, solve);
-  } else {
-    solved = worker.take(SolvePurpose::kCheck, SolveWorker::Clock::now());
-    // A solve that is wanted more is not put off.
-    const bool free = !worker.isBusy(SolvePurpose::kCheck) &&
-                      !worker.isBusy(SolvePurpose::kRecover) && !worker.isBusy(SolvePurpose::kSeed);
-    if (due && free) worker.post(SolvePurpose::kCheck, stamp, solve);
-    if (urgent && !solved.has_value()) {
-      const auto deadline = deadlineOf(stamp);
-      lock->unlock();
-      solved = worker.take(SolvePurpose::kCheck, deadline);
-      lock->lock();
-    }
-  }
-  if (!solved.has_value()) return;
-  last_check = solved->stamp;
-  health->calibration = solved->result.calibration;
-  check_refused = !solved->result.success();
-  std::vector<NavState> at;
-  if (!solved->result.success() || solved->result.states.empty() ||
-      !initializer->statesAt(solved->result, {newest.t}, options.max_reach_s, &at, nullptr) ||
-      at.size() != 1) {
-    return;
-  }
-  const std::string contradiction = compareStates(newest, at.front(), solved->result.scale_sigma);
-  if (contradiction.empty()) {
-    contradictions = suspect_frames = 0;
-    last_agreed = solved->stamp;
-    if (isClose(newest, at.front(), solved->result.scale_sigma)) {
-      health->confirmed_stamp = solved->stamp;
-    }
-    return;
-  }
-  // The initializer does not see damage, and a window with a little of it may be wrong with any
-  // certainty. Where most of it is damaged the host may be what is wrong with the IMU data.
-  const double first = solved->result.states.front().t;
-  const double damaged = damagedTime(screen.damage(), first, newest.t);
-  if (damaged > 0.0 && damaged < kMostlyDamaged * (newest.t - first)) {
-    contradictions = 0;
-    return;
-  }
-  ++contradictions;
-  health->suspect = true;
-  health->reason += (health->reason.empty() ? "" : "; ") + contradiction;
-}
-
-HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
-                                     const Calibration& calibration, bool wants_evidence,
-                                     Lock* lock) {
-  HostHealth health;
-  const std::vector<NavState> states = statesOf(window, calibration.td);
-  for (std::size_t i = 1; i < states.size(); ++i) {
-    if (!(states[i].t > states[i - 1].t)) return health;
-  }
-  std::vector<FrameObservation> scene(frames.begin(), frames.end());
-  for (FrameObservation& frame : scene) removeMoving(&frame);
-  WatchFinding finding = watchWindow(states, scene, screen.samples(), screen.damage(), calibration);
-  if (finding.healthy && !states.empty() && states.back().isFinite()) {
-    finding.reason = steady_biases.judge(states.back());
-    finding.healthy = finding.reason.empty();
-  }
-  health.reprojection_px = finding.reprojection_px;
-  health.velocity_mps = finding.velocity_mps;
-  health.rotation_deg = finding.rotation_deg;
-  health.reason = finding.reason;
-  health.suspect = !finding.healthy;
-  suspect_frames = finding.healthy ? 0 : suspect_frames + 1;
-  if (states.empty() || !states.back().isFinite()) {
-    health.healthy = states.empty();
-    return health;
-  }
-  const int contradictions_before = contradictions, suspect_before = suspect_frames;
-  checkAgainstSolve(states.back(), window.back().stamp, !finding.healthy, wants_evidence, lock,
-                    &health);
-  if (contradictions > contradictions_before) {
-    // One solved window may be the wrong one.
-    health.healthy = finding.healthy && contradictions < 2;
-  } else if (suspect_frames < suspect_before) {
-    // It agrees: a bias that has moved has not been thrown off.
-    steady_biases = SteadyBiases();
-  } else {
-    health.healthy = suspect_frames < kSuspectFrames;
-  }
-  return health;
-}
-
-// In slow motion the host's frames reach further back than our window: what it knew of those, in
-// the odometry frame that is continued, one for each of the first stamps up to `begin` [s]. None
-// where one of them is not known.
-std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& stamps,
-                                                     double begin,
-                                                     const std::vector<HostState>* healthy) const {
-  std::vector<NavState> kept;
-  if (healthy == nullptr) return kept;
-  const double td = initializer->info().calibration.td;
-  auto candidate = healthy->begin();
-  for (const double stamp : stamps) {
-    if (hostTime(stamp) >= begin) break;
-    while (candidate != healthy->end() && candidate->stamp < stamp - kSameFrame) ++candidate;
-    if (candidate == healthy->end() || candidate->stamp > stamp + kSameFrame) return {};
-    kept.push_back(fromHostState(*candidate, td));
-    kept.back().t = hostTime(stamp);
-  }
-  return kept;
-}
-
-// The host's frames lie between our keyframes, and some outside them. `healthy`: of the odometry
-// frame that is continued; null: a new one.
-bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
-                                    const std::vector<HostState>* healthy, HostResult* answer,
-                                    InitStatus* status, std::string* problem) const {
-  const double reach = answer->result.states.front().t - options.max_reach_s;
-  std::vector<NavState> window = keptStates(stamps, reach, healthy);
-  const std::size_t kept = window.size();
-  std::vector<double> times;
-  times.reserve(stamps.size());
-  // Not at the td that was found: the host's preintegrations reach from frame to frame as it has
-  // paired them, and its own model moves what was seen to these times (velocity on the image plane
-  // times the change of td).
-  for (std::size_t i = kept; i < stamps.size(); ++i) times.push_back(hostTime(stamps[i]));
-  std::vector<NavState> states;
-  if (!initializer->statesAt(answer->result, times, options.max_reach_s, &states, problem)) {
-    *status = InitStatus::kTooFewKeyframes;
-    *problem = "the host's window cannot be filled: " + *problem;
-    return false;
-  }
-  if (states.size() != times.size()) {
-    *status = InitStatus::kNumericalFailure;
-    *problem = text(initializer->info().method, " returned ", states.size(), " states for ",
-                    times.size(), " stamps");
-    return false;
-  }
-  window.insert(window.end(), states.begin(), states.end());
-  // A start from rest has its origin where the body stood, a recovery that of the host.
-  const bool keeps = healthy != nullptr || std::isfinite(answer->result.at_rest_since);
-  if (!toWindow(window, stamps, keeps ? HostOrigin::kKeep : HostOrigin::kFirstBody, &answer->window,
-                problem)) {
-    *status = InitStatus::kNumericalFailure;
-    return false;
-  }
-  const HostState& first = answer->window.states.front();
-  answer->window.prior = kept > 0 ? firstStatePrior({window.front(), healthyCovariance()}, first)
-                                  : firstStatePrior(answer->result, window.front(), first);
-  return true;
-}
-
-bool HostAdapter::State::toWindow(const std::vector<NavState>& states,
-                                  const std::vector<double>& stamps, HostOrigin origin,
-                                  HostWindow* window, std::string* problem) const {
-  const Calibration calibration = initializer->info().calibration;
-  if (!toHostWindow(states, calibration.gravity_magnitude, calibration.td, origin, window,
-                    problem)) {
-    return false;
-  }
-  // As requested, to the last bit: the host finds its frames by them.
-  for (std::size_t i = 0; i < stamps.size(); ++i) window->states[i].stamp = stamps[i];
-  return true;
-}
-
-// What the healthy states know, propagated over what the IMU has not measured: the initializer does
-// not see the damage.
-std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState>& healthy) const {
-  std::vector<StatePrior> priors;
-  const auto add = [&](const PropagatedState& state) {
-    priors.push_back(toStatePrior(state));
-    priors.back().calibration = flown;
-  };
-  for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
-    PropagatedState propagated = healthyStateOf(*state);
-    // States close to each other know the same.
-    if (!priors.empty() && priors.back().state.t - propagated.state.t < kBetweenPriors) continue;
-    double until = propagated.state.t;
-    for (const ImuDamage& one : screen.damage()) {
-      const bool follows = one.first < hostTime(healthy.back().stamp) + kDamageFollows;
-      if (!one.bridged && follows && one.last > until) until = one.last;
-    }
-    std::string problem;
-    if (!carry(propagated, until, screen.samples(), &propagated, &problem)) continue;
-    add(propagated);
-    if (priors.size() == kMostPriors) break;
-  }
-  // None reaches the end of the damage: the frame of the newest continues inside the window.
-  if (priors.empty() && !healthy.empty()) add(healthyStateOf(healthy.back()));
-  std::reverse(priors.begin(), priors.end());
-  return priors;
-}
-
-// Of copies: the streams go on while it runs.
-SolveWorker::Solve HostAdapter::State::solveFor(double stamp,
-                                                const std::vector<HostState>* healthy) {
-  Priors priors;
-  priors.sensors = memory.knownAt(stamp);
-  if (healthy != nullptr) priors.healthy = priorsOf(*healthy);
-  return [solver = initializer.get(), priors] { return solver->initialize(priors); };
-}
-
-// One for all calls about a frame.
-SolveWorker::Clock::time_point HostAdapter::State::deadlineOf(double stamp) {
-  if (stamp == waiting_stamp) return wait_until;
-  waiting_stamp = stamp;
-  const std::chrono::duration<double, std::milli> wait(std::max(options.max_wait_ms, 0.0));
-  wait_until =
-      SolveWorker::Clock::now() + std::chrono::duration_cast<SolveWorker::Clock::duration>(wait);
-  return wait_until;
-}
-
-// The newest finished solve of this purpose; begins one of the newest window unless one is at work.
-// Nothing: none has finished in time.
-std::optional<Solved> HostAdapter::State::solvedInTime(SolvePurpose purpose, double stamp,
-                                                       SolveWorker::Solve solve, Lock* lock) {
-  if (options.max_wait_ms < 0.0) return solveNow(stamp, solve);
-  std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
-  if (earlier.has_value() && !(std::abs(stamp - earlier->stamp) <= kFreshSolve)) earlier.reset();
-  if (earlier.has_value() && earlier->result.success()) return earlier;
-  if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
-    return solveNow(stamp, solve);
-  }
-  const auto deadline = deadlineOf(stamp);
-  lock->unlock();
-  std::optional<Solved> solved = worker.take(purpose, deadline);
-  lock->lock();
-  return solved.has_value() ? std::move(solved) : std::move(earlier);
-}
-
-HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
-                                      const std::vector<HostState>* healthy, Lock* lock) {
-  HostResult answer;
-  const auto decline = [&answer](InitStatus status, const std::string& message) {
-    answer.result.status = status;
-    answer.result.message = message;
-    answer.message = message;
-    return answer;
-  };
-  std::string problem = checkStamps(stamps);
-  if (!problem.empty()) return decline(InitStatus::kInvalidInput, problem);
-  answer.stamp = stamps.back();
-  answer.data_s = answer.stamp - first_stamp;
-  if (healthy != nullptr && !options.reinit) {
-    return decline(InitStatus::kInvalidInput, "recovery is switched off (reinit: 0)");
-  }
-  if (healthy != nullptr && healthy->empty()) {
-    return decline(InitStatus::kInvalidInput, "the host has had no healthy state yet");
-  }
-
-  std::optional<Solved> solved =
-      solvedInTime(healthy == nullptr ? SolvePurpose::kSeed : SolvePurpose::kRecover, stamps.back(),
-                   solveFor(answer.stamp, healthy), lock);
-  if (!solved.has_value()) {
-    answer.pending = true;
-    return decline(InitStatus::kTimeLimit, "the solve has not finished");
-  }
-  answer.result = std::move(solved->result);
-  answer.solve_ms = solved->solve_ms;
-  answer.message = answer.result.message;
-  if (!answer.result.success()) return answer;
-  problem = answer.result.validate();
-  if (!problem.empty()) {
-    return decline(InitStatus::kNumericalFailure,
-                   initializer->info().method + " reported " + problem);
-  }
-  if (healthy != nullptr && !answer.result.frame_continued) {
-    return decline(InitStatus::kTooFewKeyframes, initializer->info().method + " has no recovery");
-  }
-  InitStatus status = InitStatus::kSuccess;
-  if (!fillWindow(stamps, healthy, &answer, &status, &problem)) {
-    answer.pending = healthy != nullptr && isHeldBack(stamps.back());
-    return decline(status, problem);
-  }
-  if (healthy != nullptr) answer.frame = continuationOf(healthy->back(), answer.result);
-  if (healthy == nullptr) last_agreed = solved->stamp;
-  expectOtherStates();
-  memory.learn(answer.result.calibration);
-  return answer;
-}
-
-// The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
-bool HostAdapter::State::isHeldBack(double stamp) const {
-  const double t = hostTime(stamp);
-  return screen.newest() >= t && initializer->info().imu.last < t;
-}
-
-HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
-  HostPropagation result;
-  PropagatedState propagated = healthyStateOf(from);
-  const double t = hostTime(stamp);
-  result.ok = carry(propagated, t, screen.heldUntil(t), &propagated, &result.message);
-  if (!result.ok) return result;
-  result.state = toHostState(propagated.state, initializer->info().calibration.td);
-  result.state.stamp = std::max(stamp, from.stamp);
-  result.position_sigma = propagated.positionSigma();
-  result.yaw_sigma_deg = kRadToDeg * propagated.yawSigma();
-  result.message = propagationMessage(stamp - from.stamp, result);
-  return result;
-}
-
-// By what the newest interval, up to `t` [s], adds to the errors of the last state that the images
-// have vouched for, `before` in the first frame without them.
-void HostAdapter::State::widenByImuAlone(const HostState& before, double t,
-                                         HostPreparation* frame) {
-  if (!alone) vouched = alone = healthyStateOf(before);
-  const double position = alone->positionSigma(), yaw = alone->yawSigma();
-  std::string problem;
-  // Not in steps while its data are there: the error of damaged data is constant.
-  if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) {
-    vouched = alone;
-    if (!carry(*vouched, t, screen.heldUntil(t), &*alone, &problem)) return;
-  }
-  const auto added = [](double sigma, double now, double earlier) {
-    return std::max(sigma, std::sqrt(std::max(now * now - earlier * earlier, 0.0)));
-  };
-  frame->position_sigma = added(frame->position_sigma, alone->positionSigma(), position);
-  frame->yaw_sigma_deg =
-      added(frame->yaw_sigma_deg, kRadToDeg * alone->yawSigma(), kRadToDeg * yaw);
-}
-
-// The IMU has propagated the healthy state to where the window begins; from there the window's own
-// scale counts.
-HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
-                                                   const InitResult& result) const {
-  const NavState &first = result.states.front(), &last = result.states.back();
-  const Calibration calibration = initializer->info().calibration;
-  HostPropagation frame =
-      propagate(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
-  const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
-  frame.start_sigma = scale_sigma * (last.p_w_b - first.p_w_b).norm();
-  // A host whose velocity is wrong may have gone wrong since a solve has last agreed with it.
-  const NavState carried = fromHostState(frame.state, calibration.td);
-  std::vector<NavState> at;
-  if (frame.ok && initializer->statesAt(result, {carried.t}, options.max_reach_s, &at, nullptr) &&
-      at.size() == 1) {
-    const double off = (carried.v_w_b - at.front().v_w_b).norm();
-    const double since = std::isnan(last_agreed) ? first_stamp : last_agreed;
-    if (off > kCloseVelocity) {
-      frame.start_sigma = std::hypot(frame.start_sigma, off * std::max(healthy.stamp - since, 0.0));
-    }
-  }
-  frame.position_sigma = std::hypot(frame.position_sigma, frame.start_sigma);
-  if (frame.ok) {
-    frame.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, frame);
-  }
-  return frame;
-}
-
-// The host drops images while it has no IMU data, but its tracker has them.
-void HostAdapter::State::noteImage(double stamp) {
-  // A stamp that is from the future, or of the time before a restart, has made no gap.
-  for (; !gaps.empty() && gaps.rbegin()->second > stamp; gaps.erase(std::prev(gaps.end()))) {
-    newest_image = gaps.rbegin()->first;
-  }
-  if (stamp - newest_image > kLongestUnjudged) gaps[newest_image] = stamp;
-  newest_image = stamp;
-}
-
-void HostAdapter::State::forgetOld(double stamp) {
-  for (auto td = td_of.begin(); td != td_of.end() && td->first < stamp - kStampsKept;) {
-    const bool used = std::binary_search(in_window.begin(), in_window.end(), td->first);
-    td = used ? std::next(td) : td_of.erase(td);
-  }
-  const double oldest = in_window.empty() ? stamp : in_window.front();
-  while (!gaps.empty() && gaps.begin()->second < std::min(oldest, stamp - kStampsKept)) {
-    gaps.erase(gaps.begin());
-  }
-  const auto isUsed = [this](const FrameObservation& frame) {
-    return std::any_of(in_window.begin(), in_window.end(),
-                       [&](double one) { return std::abs(hostTime(one) - frame.t) <= kSameFrame; });
-  };
-  const auto young = std::find_if(frames.begin(), frames.end(), [this](const auto& frame) {
-    return frame.t >= frames.back().t - kFramesKept;
-  });
-  frames.erase(std::remove_if(frames.begin(), young, [&](const auto& f) { return !isUsed(f); }),
-               young);
-}
-
-// Between two frames of the host [s]; shorter gaps than kLongestUnjudged are not in it.
-double HostAdapter::State::longestWithoutImage(double first, double last) const {
-  double longest = std::max(0.0, last - std::max(first, newest_image));
-  for (const auto& [begin, end] : gaps) {
-    longest = std::max(longest, std::min(end, last) - std::max(begin, first));
-  }
-  return longest;
-}
-
-// Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU clock];
-// `tracks`: all of that frame.
-std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double end,
-                                                         int* tracks) const {
-  std::set<FeatureId> before;
-  std::vector<long long> over;
-  *tracks = 0;
-  for (const FrameObservation& frame : frames) {
-    if (frame.t <= begin + kSameFrame) {
-      for (const PointObservation& point : frame.points) before.insert(point.id);
-    } else if (std::abs(frame.t - end) <= kSameFrame) {
-      *tracks = static_cast<int>(frame.points.size());
-      for (const PointObservation& point : frame.points) {
-        if (before.count(point.id) > 0) over.push_back(point.id);
-      }
-    }
-  }
-  return over;
-}
-
-// What a tracker carries over a gap in the images are other points: drops the states before the
-// last gap. True if that is the newest interval. `uncertain` is set if nothing has judged the IMU
-// data of an interval.
-bool HostAdapter::State::dropBeforeGap(const std::vector<double>& stamps,
-                                       std::vector<NavState>* optimized, bool* uncertain) const {
-  for (std::size_t i = optimized->size(); i-- > 0;) {
-    const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
-    *uncertain = *uncertain || gap > kLongestUnjudged;
-    if (gap <= kLongestTracked) continue;
-    optimized->erase(optimized->begin(), optimized->begin() + static_cast<std::ptrdiff_t>(i) + 1);
-    return i + 2 == stamps.size();
-  }
-  return false;
-}
-
-std::vector<HostImuInterval> HostAdapter::State::intervals(
-    const std::vector<double>& stamps) const {
-  std::vector<HostImuInterval> result;
-  if (stamps.empty()) return result;
-  const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
-    const double t_i = hostTime(stamps[i - 1]), t_j = hostTime(stamps[i]);
-    HostImuInterval interval;
-    double last = t_i;
-    for (const ImuSample& sample : samplesBetween(samples, t_i, t_j)) {
-      interval.dt.push_back(sample.t - last);
-      interval.accel.push_back(sample.accel);
-      interval.gyro.push_back(sample.gyro);
-      last = sample.t;
-    }
-    const ImuWidening widening = wideningOf(screen.damage(), t_i, t_j);
-    interval.damaged = widening.damaged;
-    interval.sigma_theta = widening.sigma_theta;
-    interval.sigma_v = widening.sigma_v;
-    interval.sigma_p = widening.sigma_p;
-    result.push_back(std::move(interval));
-  }
-  return result;
-}
 
 HostAdapter::HostAdapter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 HostAdapter::~HostAdapter() = default;
@@ -835,7 +800,7 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
 AddStatus HostAdapter::addFrame(FrameObservation frame) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const double stamp = frame.t;
-  const Calibration calibration = state_->initializer->info().calibration;
+  const Calibration calibration = state_->calibration();
   FrameObservation copy;
   copy.t = calibration.imuTime(stamp);
   const bool keeps = state_->options.watchdog || state_->options.reinit;
@@ -942,7 +907,7 @@ void HostAdapter::learn(const HostState& healthy) {
   State& state = *state_;
   OptionalCalibration calibration = state.knownCalibration();
   if (calibration && state.options.estimate_td) {
-    calibration->td = state.initializer->info().calibration.td;
+    calibration->td = state.calibration().td;
     calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
   }
   state.memory.learn(healthy, calibration);
@@ -985,19 +950,17 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
                                    state.screen.heldUntil(t_j), &predicted, &problem)) {
     return out;
   }
-  std::vector<NavState> optimized = state.statesOf(window, calibration.td);
+  std::vector<NavState> optimized = state.statesOf(window);
   optimized.pop_back();
   int tracks = 0;
   const std::vector<long long> known = state.tracksOverGap(t_i, t_j, &tracks);
   bool uncertain = wideningOf(state.screen.damage(), state.hostTime(stamps.front()), t_j).damaged;
   if (state.dropBeforeGap(stamps, &optimized, &uncertain)) out.moving = known;
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
+  const std::vector<FrameObservation> frames(state.frames.begin(), state.frames.end());
   const Innovation innovation =
-      state.innovations.judge(optimized, predicted, {state.frames.begin(), state.frames.end()},
-                              calibration, calibration.pointSigmaPx(), uncertain);
-  const bool contradicts =
-      innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear;
-  if (contradicts) {
+      state.innovations.judge({optimized, predicted, frames, calibration}, uncertain);
+  if (innovation.accusesImu()) {
     state.screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma,
                            innovation.gyro_sigma);
   }
@@ -1006,7 +969,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
   state.moving = {innovation.moving.begin(), innovation.moving.end()};
   const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
-  if (contradicts || moves) out.message = innovation.message;
+  if (innovation.accusesImu() || moves) out.message = innovation.message;
   out.intervals = state.intervals(stamps);
   const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
   if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
@@ -1056,9 +1019,8 @@ std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>
 
 std::pair<double, double> HostAdapter::lastDamage() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  constexpr double kNever = -std::numeric_limits<double>::infinity();
   if (state_->screen.damage().empty()) return {kNever, kNever};
-  const Calibration calibration = state_->initializer->info().calibration;
+  const Calibration calibration = state_->calibration();
   const ImuDamage& damage = state_->screen.damage().back();
   return {calibration.imageStamp(damage.first), calibration.imageStamp(damage.last)};
 }
@@ -1074,7 +1036,7 @@ StreamCounts HostAdapter::counts() const {
 
 Calibration HostAdapter::calibration() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->info().calibration;
+  return state_->calibration();
 }
 
 std::string HostAdapter::method() const { return state_->initializer->info().method; }

@@ -52,7 +52,6 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   }
   read.speed_topic = config.speed_topic;
   read.speed_forward_only = config.speed_forward_only;
-  read.imu_limits = config.options.imu;
   read.rig.calibration = config.calibration;
   read.rig.extrinsic_in_one_matrix = config.host.extrinsic_in_one_matrix;
   read.rig.has_rotation = config.host.has_rotation;

@@ -63,6 +63,26 @@ constexpr double kUncertainFrame = 1.0;
 constexpr double kUnknownSpeed = 1.0;
 constexpr double kUnknownTurn = 57.3;
 
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+
+// A report about one thing, no more often than wanted.
+class Repeated {
+ public:
+  // Whether the last one is `every` [s] ago; then `stamp` [s] is that of the last one.
+  bool isDue(double stamp, double every) {
+    if (std::abs(stamp - last_) < every) return false;
+    last_ = stamp;
+    return true;
+  }
+
+ private:
+  double last_ = kNever;
+};
+
+double millisecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
 // The shortest time between two frames [s].
 double shortestInterval(const std::vector<HostState>& states) {
   double shortest = std::numeric_limits<double>::infinity();
@@ -70,28 +90,6 @@ double shortestInterval(const std::vector<HostState>& states) {
     shortest = std::min(shortest, states[i].stamp - states[i - 1].stamp);
   }
   return shortest;
-}
-
-// Where the host estimates its calibration, the one that was found is its starting value; where it
-// does not, nothing of its own is changed.
-GlueWindow toGlueWindow(const HostResult& answer, const Calibration& host,
-                        const HostOptions& options) {
-  GlueWindow result;
-  static_cast<HostWindow&>(result) = answer.window;
-  result.ric = host.R_b_c;
-  result.tic = host.t_b_c;
-  const OptionalCalibration& found = answer.result.calibration;
-  if (!found.has_value()) return result;
-  if (options.estimate_extrinsic) {
-    result.ric = found->R_b_c;
-    result.tic = found->t_b_c;
-  }
-  if (options.estimate_td) {
-    // A frame must not begin before the one before it has ended: the host would abort.
-    const double least = host.td - kMostTdStep * shortestInterval(answer.window.states);
-    result.td = std::max(found->td, least);
-  }
-  return result;
 }
 
 std::string whyDropped(AddStatus status) {
@@ -114,7 +112,7 @@ struct HostGlue::State {
   HostFile file;  // its keep_heading also in a host that initializes by itself
   std::atomic<bool> active{false};
 
-  std::atomic<double> last_imu{std::numeric_limits<double>::quiet_NaN()};  // stamp [s]
+  std::atomic<double> last_imu{kNotComputed};  // stamp [s]
   std::atomic<bool> time_went_back{false};
 
   // Touched by the processing thread alone.
@@ -126,28 +124,25 @@ struct HostGlue::State {
   bool is_lost = false;
   FlightMonitor monitor;
   CalibrationAdvice advice;
-  bool rides = false;          // through a gap in the images
-  bool pending = false;        // the recovery that was wanted last has not been solved yet
-  bool frame_suspect = false;  // the newest frame was, before its optimization
-  double pause = 0.0;          // after the last refused recovery [s]
-  double next_recovery = -std::numeric_limits<double>::infinity();  // stamp [s]
+  bool rides = false;             // through a gap in the images
+  bool pending = false;           // the recovery that was wanted last has not been solved yet
+  bool frame_suspect = false;     // the newest frame was, before its optimization
+  double pause = 0.0;             // after the last refused recovery [s]
+  double next_recovery = kNever;  // stamp [s]
   int unreported_refusals = 0;
-  double health_stamp = -std::numeric_limits<double>::infinity();
-  double delay_reported = -std::numeric_limits<double>::infinity();
-  double drops_reported = -std::numeric_limits<double>::infinity();
+  Repeated health_reports, delay_reports, drop_reports, damage_reports;
   StreamCounts counts_reported;
-  std::atomic<double> newest_received{std::numeric_limits<double>::quiet_NaN()};
+  std::atomic<double> newest_received{kNotComputed};
   Clock::time_point frame_began;
   double frame_ms = 0.0;  // from the host's frame to its health
   // The odometry frame since the start of the run or the last one that could not be continued.
-  double frame_since = std::numeric_limits<double>::quiet_NaN();
+  double frame_since = kNotComputed;
   double frame_variance = 0.0;      // of its position, worst axis [m^2]
   double frame_yaw_variance = 0.0;  // [deg^2]
   double frame_reported = 0.0;      // its standard deviation at the last warning [m]
   Clock::time_point stock_began;
-  double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
   InitStatus reported_status = InitStatus::kSuccess;
-  double reported_stamp = -std::numeric_limits<double>::infinity();
+  double reported_stamp = kNever;
   std::ofstream csv;
 
   // Request and listener come from other threads.
@@ -302,7 +297,7 @@ struct HostGlue::State {
       return false;
     }
     reported_status = status;
-    reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
+    reported_stamp = answer.success() ? kNever : answer.stamp;
     const int refusals = std::exchange(unreported_refusals, 0);
     report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn,
            roundedText(3, action, " ", answer.success() ? "done" : toString(status), ": ",
@@ -310,6 +305,24 @@ struct HostGlue::State {
                        " s of data, ", answer.solve_ms, " ms",
                        refusals > 0 ? roundedText(0, ", after ", refusals, " refusals") : "", ')'));
     return true;
+  }
+
+  // Where the host estimates its calibration, the one that was found is its starting value; where
+  // it does not, nothing of its own is changed.
+  GlueWindow windowOf(const HostResult& answer, const std::vector<double>& stamps) const {
+    GlueWindow window;
+    static_cast<HostWindow&>(window) = answer.window;
+    window.intervals = adapter->imuIntervals(stamps);
+    const Calibration host = adapter->calibration();
+    const HostOptions options = adapter->options();
+    const OptionalCalibration& found = answer.result.calibration;
+    window.ric = found && options.estimate_extrinsic ? found->R_b_c : host.R_b_c;
+    window.tic = found && options.estimate_extrinsic ? found->t_b_c : host.t_b_c;
+    if (found && options.estimate_td) {
+      // A frame must not begin before the one before it has ended: the host would abort.
+      window.td = std::max(found->td, host.td - kMostTdStep * shortestInterval(window.states));
+    }
+    return window;
   }
 
   // What the user should know of a start; how the file should read when several windows agree.
@@ -326,19 +339,16 @@ struct HostGlue::State {
   double delayOf(double stamp) const { return newest_received - stamp; }
   void reportDelay(double stamp) {
     const double delay = delayOf(stamp);
-    if (!(delay > kLongestDelay) || std::abs(stamp - delay_reported) < kRepeatReport) return;
-    delay_reported = stamp;
+    if (!(delay > kLongestDelay) || !delay_reports.isDue(stamp, kRepeatReport)) return;
     report(ReportLevel::kWarn,
            roundedText(3, "odometry is ", delay, " s behind the newest image (limit ",
                        kLongestDelay, "): the last frame took the host ", frame_ms, " ms"));
   }
   // Everything that the host has handed over and that is used for nothing.
   void reportDropped(double stamp) {
-    if (std::abs(stamp - drops_reported) < kRepeatReport) return;
     const StreamCounts counts = adapter->counts();
     const std::string list = droppedSince(counts_reported, counts);
-    if (list.empty()) return;
-    drops_reported = stamp;
+    if (list.empty() || !drop_reports.isDue(stamp, kRepeatReport)) return;
     counts_reported = counts;
     report(ReportLevel::kWarn, "discarded: " + list);
   }
@@ -412,9 +422,10 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   ImuSample glitch;
   glitch.accel = accel;
   glitch.gyro = gyro;
-  const bool beyond = state.file.imu_limits.exceededBy(glitch);
+  const ImuLimits limits = state.adapter->options().imu;
+  const bool beyond = limits.exceededBy(glitch);
   if (std::exchange(beyond ? state.glitch_reported : state.suspect_reported, true)) return;
-  const std::string what = "an IMU sample of " + state.file.imu_limits.describe(glitch);
+  const std::string what = "an IMU sample of " + limits.describe(glitch);
   state.report(ReportLevel::kWarn,
                beyond
                    ? what + " is discarded, as all others beyond these limits"
@@ -483,28 +494,29 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
       propagated.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
   if (state.reportAnswer(action, answer)) state.record(action, answer, nullptr);
-  if (answer.success()) {
-    *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
-    window->intervals = state.adapter->imuIntervals(stamps);
-    if (join && propagated.ok) {
+  if (!answer.success()) {
+    // At rest the host keeps its oldest frames, which no window of ours will ever reach.
+    *drop_oldest = stamps.back() - stamps.front() > state.adapter->maxWindowSpan();
+    return false;
+  }
+  *window = state.windowOf(answer, stamps);
+  state.monitor.reset();
+  if (join) {
+    if (propagated.ok) {
       propagated = answer.frame;
       propagated.state = window->states.front();
       state.holdPosition(stamps.front(), &propagated);
     }
-    if (join) moveWindow(propagated.state, window);
-    state.reportStart(answer);
-    state.monitor.reset();
-    if (join) {
-      state.monitor.doubt(stamps.back());
-      state.continueFrame(stamps.back(), propagated);
-    } else {
-      state.beginFrame(stamps.back());
-    }
-    return true;
+    moveWindow(propagated.state, window);
+    state.monitor.doubt(stamps.back());
   }
-  // At rest the host keeps its oldest frames, which no window of ours will ever reach.
-  *drop_oldest = stamps.back() - stamps.front() > state.adapter->maxWindowSpan();
-  return false;
+  state.reportStart(answer);
+  if (join) {
+    state.continueFrame(stamps.back(), propagated);
+  } else {
+    state.beginFrame(stamps.back());
+  }
+  return true;
 }
 
 // Not while the solve runs: the request is then served with the next frame.
@@ -533,8 +545,7 @@ bool HostGlue::solveRecovery(const std::vector<HostState>& frames, bool failed,
     state.pending = true;
     if (!failed) return false;
     const HostResult bridge = state.adapter->bridge(stamps, healthy);
-    static_cast<HostWindow&>(*window) = bridge.window;
-    window->intervals = state.adapter->imuIntervals(stamps);
+    *window = state.windowOf(bridge, stamps);
     return bridge.success();
   }
   state.record("recover", answer, nullptr);
@@ -545,8 +556,7 @@ bool HostGlue::solveRecovery(const std::vector<HostState>& frames, bool failed,
     return false;
   }
   // What the host has learned about its calibration in flight stays.
-  static_cast<HostWindow&>(*window) = answer.window;
-  window->intervals = state.adapter->imuIntervals(stamps);
+  *window = state.windowOf(answer, stamps);
   state.pause = 0.0;
   state.monitor.recovered(stamps.back());
   if (failed) state.continueFrame(stamps.back(), answer.frame);
@@ -568,12 +578,10 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
                  "watchdog: " + finding);
   }
   state.addCalibration(stamp, health.calibration);
-  state.frame_ms =
-      std::chrono::duration<double, std::milli>(Clock::now() - state.frame_began).count();
+  state.frame_ms = millisecondsSince(state.frame_began);
   state.reportDelay(stamp);
-  if (status != FlightStatus::kGood || status != before ||
-      std::abs(stamp - state.health_stamp) >= kHealthEvery) {
-    state.health_stamp = stamp;
+  const bool is_news = status != FlightStatus::kGood || status != before;
+  if (state.health_reports.isDue(stamp, is_news ? 0.0 : kHealthEvery)) {
     state.publishHealth(stamp, health);
     state.publishFrame(stamp);
   }
@@ -622,7 +630,7 @@ void HostGlue::hostCleared() {
   state.time_went_back = false;
   if (active()) state.adapter->flightEnded();
   state.pause = 0.0;
-  state.next_recovery = -std::numeric_limits<double>::infinity();
+  state.next_recovery = kNever;
   if (!reinit()) return;
   takeRequest();  // of the flight that has ended
   state.rides = false;
@@ -646,8 +654,7 @@ HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
   if (frame.message.empty() && damaged) {
     frame.message = "IMU data discarded or missing; relying on vision";
   }
-  if (!frame.message.empty() && std::abs(stamp - state.damage_reported) > kRepeatReport) {
-    state.damage_reported = stamp;
+  if (!frame.message.empty() && state.damage_reports.isDue(stamp, kRepeatReport)) {
     state.report(ReportLevel::kWarn, frame.message);
   }
   return frame;
@@ -680,27 +687,24 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
 
 bool HostGlue::takeStock(bool tried, bool result, HostWindow* window) {
   State& state = *state_;
-  const double first = window->states.front().stamp;
-  if (state.file.mode == HostMode::kStock && result && state.continues(first)) {
+  const double first = window->states.front().stamp, newest = window->states.back().stamp;
+  if (state.file.mode == HostMode::kStock && result) {
+    if (!state.continues(first)) {
+      state.beginFrame(newest);
+      return false;
+    }
     const HostPropagation propagated = state.continued(first);
-    state.monitor.doubt(window->states.back().stamp);
+    state.monitor.doubt(newest);
     state.continueFrame(first, propagated);
     moveWindow(propagated.state, window);
     return true;
   }
-  if (state.file.mode != HostMode::kShadow) {
-    if (result && state.file.mode == HostMode::kStock) {
-      state.beginFrame(window->states.back().stamp);
-    }
-    return false;
-  }
+  if (state.file.mode != HostMode::kShadow) return false;
   state.reportMissingLines();
   StockStart stock;
   stock.tried = tried;
   stock.success = result;
-  if (tried) {
-    stock.ms = std::chrono::duration<double, std::milli>(Clock::now() - state.stock_began).count();
-  }
+  if (tried) stock.ms = millisecondsSince(state.stock_began);
   if (result) stock.window = *window;
   const HostResult answer = state.adapter->seed(stampsOf(window->states));
   state.record("seed", answer, &stock);

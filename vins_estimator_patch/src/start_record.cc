@@ -26,17 +26,10 @@ double speed(const HostWindow& window) {
   return window.states.empty() ? kNotComputed : window.states.back().V.norm();
 }
 
-// Angle between the two directions of gravity in the newest body frame [deg].
-double tiltDifference(const HostWindow& a, const HostWindow& b) {
-  if (a.states.empty() || b.states.empty()) return kNotComputed;
-  const Eigen::Vector3d up_a = a.states.back().R.row(2).transpose();
-  const Eigen::Vector3d up_b = b.states.back().R.row(2).transpose();
+// Angle between the two directions of gravity in the body [deg].
+double tiltDifference(const HostState& a, const HostState& b) {
+  const Eigen::Vector3d up_a = a.R.row(2), up_b = b.R.row(2);
   return kDegrees * std::atan2(up_a.cross(up_b).norm(), up_a.dot(up_b));
-}
-
-double gyroBiasDifference(const HostWindow& a, const HostWindow& b) {
-  if (a.states.empty() || b.states.empty()) return kNotComputed;
-  return (a.states.back().Bg - b.states.back().Bg).norm();
 }
 
 std::string number(double value, int precision, bool fixed = false) {
@@ -63,31 +56,33 @@ std::string startRecordHeader() {
 
 std::string startRecordRow(HostMode mode, const std::string& action, const HostResult& answer,
                            const StockStart* stock) {
-  const StockStart none;
-  const StockStart& host = stock == nullptr ? none : *stock;
-  const std::vector<std::string> fields = {
-      number(answer.stamp, 9, true),
-      number(answer.data_s, 3, true),
-      toString(mode),
-      action,
-      toString(answer.result.status),
-      number(answer.solve_ms, 4),
-      number(answer.result.scale_sigma, 4),
-      number(pathLength(answer.window), 6),
-      number(speed(answer.window), 6),
-      stock == nullptr ? ""
-      : host.tried     ? "1"
-                       : "0",
-      stock == nullptr ? ""
-      : host.success   ? "1"
-                       : "0",
-      number(host.ms, 4),
-      number(pathLength(host.window), 6),
-      number(speed(host.window), 6),
-      number(pathLength(host.window) / pathLength(answer.window), 6),
-      number(tiltDifference(host.window, answer.window), 4),
-      number(gyroBiasDifference(host.window, answer.window), 4),
-      quoted(answer.message)};
+  const HostWindow &slim = answer.window, other = stock == nullptr ? HostWindow() : stock->window;
+  const auto flag = [stock](bool StockStart::*of) {
+    return stock == nullptr ? "" : stock->*of ? "1" : "0";
+  };
+  double tilt = kNotComputed, gyro_bias = kNotComputed;
+  if (!slim.states.empty() && !other.states.empty()) {
+    tilt = tiltDifference(other.states.back(), slim.states.back());
+    gyro_bias = (other.states.back().Bg - slim.states.back().Bg).norm();
+  }
+  const std::vector<std::string> fields = {number(answer.stamp, 9, true),
+                                           number(answer.data_s, 3, true),
+                                           toString(mode),
+                                           action,
+                                           toString(answer.result.status),
+                                           number(answer.solve_ms, 4),
+                                           number(answer.result.scale_sigma, 4),
+                                           number(pathLength(slim), 6),
+                                           number(speed(slim), 6),
+                                           flag(&StockStart::tried),
+                                           flag(&StockStart::success),
+                                           number(stock == nullptr ? kNotComputed : stock->ms, 4),
+                                           number(pathLength(other), 6),
+                                           number(speed(other), 6),
+                                           number(pathLength(other) / pathLength(slim), 6),
+                                           number(tilt, 4),
+                                           number(gyro_bias, 4),
+                                           quoted(answer.message)};
   std::string row;
   for (std::size_t i = 0; i < fields.size(); ++i) row += (i > 0 ? "," : "") + fields[i];
   return row;

@@ -92,7 +92,7 @@ ImuWidening wideningOf(const std::deque<ImuDamage>& damage, double t_i, double t
     const double hole = std::min(d.last, t_j) - std::max(d.first, t_i);
     if (hole <= 0.0) continue;
     result.damaged = true;
-    result.sigma_theta = std::hypot(result.sigma_theta, d.gyroSigma() * hole);
+    result.sigma_theta = std::hypot(result.sigma_theta, d.gyro_sigma * hole);
     result.sigma_v = std::hypot(result.sigma_v, d.accel_sigma * hole);
     result.sigma_p = std::hypot(result.sigma_p, 0.5 * d.accel_sigma * hole * (t_j - t_i));
   }
@@ -146,7 +146,7 @@ bool propagateState(const PropagatedState& from, double t, const std::deque<ImuS
       const double first = std::max(d.first, from.state.t);
       const double grown = (end - first) * (end - first) - (begin - first) * (begin - first);
       const double accel = d.accel_sigma * d.accel_sigma * grown;
-      c.covariance.diagonal().segment<3>(0).array() += d.gyroSigma() * d.gyroSigma() * grown;
+      c.covariance.diagonal().segment<3>(0).array() += d.gyro_sigma * d.gyro_sigma * grown;
       c.covariance.diagonal().segment<3>(3).array() += accel;
       c.covariance.diagonal().segment<3>(6).array() += 0.25 * accel * (end - first) * (end - first);
     }

@@ -78,6 +78,8 @@ Eigen::Vector3d medianOf(Iterator first, Iterator last, Eigen::Vector3d ImuSampl
   return result;
 }
 
+// Noise of samples from their third differences, which motion hardly enters; robust against
+// glitches.
 double noiseOf(const std::deque<ImuSample>& samples, Eigen::Vector3d ImuSample::*field) {
   std::vector<double> squares;
   for (std::size_t i = 3; i < samples.size(); ++i) {
@@ -89,11 +91,6 @@ double noiseOf(const std::deque<ImuSample>& samples, Eigen::Vector3d ImuSample::
 }
 
 }  // namespace
-
-ImuSampleNoise noiseOf(const std::deque<ImuSample>& samples) {
-  if (samples.size() < 5) return {};
-  return {noiseOf(samples, &ImuSample::accel), noiseOf(samples, &ImuSample::gyro)};
-}
 
 void ImuScreen::reset() {
   samples_.clear();
@@ -121,14 +118,12 @@ void ImuScreen::addDamage(double first, double last, double accel_sigma, double 
     if (!known.measured || known.first != first || known.last != last) continue;
     known.accel_sigma = std::max(known.accel_sigma, accel_sigma);
     known.gyro_sigma = std::max(known.gyro_sigma, gyro_sigma);
-    known.gyro_known = !(known.gyro_sigma > 0.0);
     return;
   }
   ImuDamage damage;
   damage.first = first;
   damage.last = last;
   damage.measured = true;
-  damage.gyro_known = !(gyro_sigma > 0.0);
   damage.accel_sigma = accel_sigma;
   damage.gyro_sigma = gyro_sigma;
   insertDamage(damage);
@@ -167,13 +162,13 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
   const double share = std::sqrt(std::min(1.0, period_ / (damage.last - damage.first)));
   damage.accel_sigma = share * of_samples.accel;
   damage.gyro_sigma = share * of_samples.gyro;
-  damage.gyro_known = !(of_samples.gyro > 0.0);
   insertDamage(damage);
 }
 
 bool ImuScreen::isNoisy() {
   if (recent_.size() < kJudged || repeatsAll()) return false;
-  const ImuSampleNoise noise = noiseOf(recent_);
+  const ImuSampleNoise noise = {noiseOf(recent_, &ImuSample::accel),
+                                noiseOf(recent_, &ImuSample::gyro)};
   if (recent_.back().t >= block_end_) {
     block_end_ = recent_.back().t + kNoiseStretch;
     noise_.push_back(noise);
@@ -297,7 +292,7 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
 void ImuScreen::fill(const ImuSample& last, const ImuDamage& damage,
                      std::vector<ImuSample>* filled) const {
   const ImuSample& before = samples_.back();
-  if (damage.gyro_known) {
+  if (damage.gyroKnown()) {
     for (const ImuSample& sample : left_out_) {
       filled->push_back(between(before, last, sample.t));
       filled->back().gyro = sample.gyro;
@@ -318,7 +313,7 @@ std::vector<ImuSample> ImuScreen::bridge(const ImuDamage& damage,
                                          std::vector<ImuSample> filled) const {
   const auto steps =
       static_cast<std::size_t>(std::ceil((damage.last - damage.first) / (kBridgeStep * kMaxGap)));
-  if ((steps > 1 && damage.gyro_known) || filled.size() < steps) return filled;
+  if ((steps > 1 && damage.gyroKnown()) || filled.size() < steps) return filled;
   std::vector<ImuSample> few;
   for (std::size_t k = 1; k < steps; ++k) few.push_back(filled[k * filled.size() / steps]);
   return few;
@@ -330,7 +325,7 @@ std::deque<ImuSample> ImuScreen::heldUntil(double t) const {
   const ImuDamage& open = damage_.back();
   ImuSample last = samples_.back();
   last.t = std::max(t, open.last);
-  if (open.gyro_known && !left_out_.empty()) last.gyro = left_out_.back().gyro;
+  if (open.gyroKnown() && !left_out_.empty()) last.gyro = left_out_.back().gyro;
   if (!(last.t > samples_.back().t)) return samples;
   std::vector<ImuSample> filled;
   fill(last, open, &filled);
@@ -346,7 +341,7 @@ void ImuScreen::widenByShock(ImuDamage* open) const {
   const double accel = discarded_accel_.norm() / length, gyro = discarded_gyro_.norm() / length;
   const bool felt = accel * length < kHardestShock && gyro < limits_.max_gyro;
   open->accel_sigma = felt ? std::max(kUnknownAccel, accel) : kUnknownAccel;
-  open->gyro_sigma = felt ? std::max(kUnknownGyro, gyro) : kUnknownGyro;
+  if (!open->gyroKnown()) open->gyro_sigma = felt ? std::max(kUnknownGyro, gyro) : kUnknownGyro;
 }
 
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
@@ -369,17 +364,17 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
       open->open = true;
       discarded_accel_ = discarded_gyro_ = Eigen::Vector3d::Zero();
       // Where samples are missing nothing is known.
-      open->gyro_known = sample.t - recent_[recent_.size() - 2].t <= kMaxGap;
+      if (sample.t - recent_[recent_.size() - 2].t <= kMaxGap) open->gyro_sigma = 0.0;
     }
     open->first = std::min(samples_.back().t, sample.t);
     open->last = sample.t;
-    open->gyro_known = open->gyro_known && (usable || gyro_usable);
+    if (!usable && !gyro_usable) open->gyro_sigma = kUnknownGyro;
     if (!usable) {
       left_out_.push_back(sample);
       discarded_accel_ += period_ * (sample.accel - samples_.back().accel);
       discarded_gyro_ += period_ * (sample.gyro - samples_.back().gyro);
     }
-    if (!open->gyro_known) left_out_.clear();
+    if (!open->gyroKnown()) left_out_.clear();
     widenByShock(open);
   }
   if (!usable) {

@@ -18,8 +18,6 @@
 namespace slim_init::host_health {
 namespace {
 
-using innovation_detail::PoseResidual;
-using innovation_detail::PoseTrack;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -128,8 +126,8 @@ double largestChiSquare(int dof) {
 }
 
 Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& newest,
-              const std::vector<FrameObservation>& frames, const Calibration& calibration,
-              double sigma, double most_noise) {
+              const InnovationInput& input, double most_noise) {
+  const double sigma = input.calibration.sigmaBearing();
   Scene scene;
   std::vector<CameraPose> cameras(optimized.size());
   std::unordered_map<FeatureId, std::size_t> index;
@@ -137,8 +135,8 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
   std::vector<std::vector<TrackView>> views(newest.points.size());
   for (std::vector<TrackView>& of_track : views) of_track.reserve(optimized.size());
   for (std::size_t i = 0; i < optimized.size(); ++i) {
-    cameras[i] = cameraOf(optimized[i], calibration);
-    const FrameObservation* frame = frameAt(frames, optimized[i].t);
+    cameras[i] = cameraOf(optimized[i], input.calibration);
+    const FrameObservation* frame = frameAt(input.frames, optimized[i].t);
     if (frame == nullptr) continue;
     for (const PointObservation& point : frame->points) {
       const auto found = index.find(point.id);
@@ -210,25 +208,6 @@ struct PoseFit {
   double cost = 0.0;      // their chi-squares, each truncated
 };
 
-// `arm`: from the body to the camera, in w.
-bool residualAt(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
-                double sigma, PoseResidual* residual) {
-  PlaceResidual place;
-  if (!residualOf(track.place, camera, track.bearing, track.basis, &place)) return false;
-  residual->r = place.r;
-  // The ray turns about the body, which carries the camera.
-  const double rho = track.place.inverse_depth;
-  const Eigen::Vector3d from_body = place.ray + rho * arm;
-  residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
-  residual->J.rightCols<3>() = -rho * place.by_expected;
-  const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();
-  Eigen::Matrix2d S = place.by_place * CJ;
-  S.diagonal().array() += sigma * sigma;
-  residual->information = S.inverse();
-  residual->inverse_depth = rho - CJ.row(2).dot(residual->information * residual->r);
-  return true;
-}
-
 // An inverse depth with an error of its own size would draw the pose towards the last one: the
 // noise of the place is in residual and Jacobian alike. That of all views, the newest included,
 // does not.
@@ -278,7 +257,7 @@ class PoseSolver {
     std::vector<double> squares;
     PoseResidual residual;
     for (std::size_t i = 0; i < scene_.deciding; ++i) {
-      if (!residualAt(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) continue;
+      if (!poseResidual(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) continue;
       squares.push_back(residual.r.dot(residual.information * residual.r));
     }
     return squares.empty() ? 1.0 : std::max(1.0, std::sqrt(middle(std::move(squares)) / kKernel));
@@ -291,7 +270,7 @@ class PoseSolver {
     PoseResidual residual;
     for (std::size_t i = 0; i < scene_.deciding; ++i) {
       const PoseTrack& track = scene_.tracks[i];
-      if (!residualAt(track, camera, arm, scene_.sigma, &residual)) continue;
+      if (!poseResidual(track, camera, arm, scene_.sigma, &residual)) continue;
       const Eigen::Vector2d weighted = residual.information * residual.r;
       const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
       useBothDepths(track, &residual);
@@ -313,7 +292,7 @@ class PoseSolver {
       const bool decides = i < scene_.deciding;
       if (i == scene_.deciding) of_pose = (H + prior_information).inverse();
       double square = kAgrees;
-      if (residualAt(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) {
+      if (poseResidual(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) {
         if (!decides) widen(of_pose, &residual);
         square = residual.r.dot(residual.information * residual.r);
       }
@@ -380,7 +359,6 @@ NavState constantMotion(const std::vector<NavState>& optimized, double t) {
 struct Fits {
   PoseFit imu;           // the pose that the IMU allows
   PoseFit images;        // the pose that most tracks want
-  double left = 0.0;     // of that pose from the IMU's prediction [standard deviations]
   bool allowed = false;  // the IMU allows its pose indeed: a robust fit may leave it
 };
 
@@ -413,8 +391,8 @@ Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
   if (!(fits.images.cost < fits.imu.cost + kAgrees)) fits.images = fits.imu;
   const Matrix6d expected =
       prediction.covariance + ofImages(fits.imu.pose, fits.imu.covariance, optimized);
-  fits.left = mahalanobis(difference(fits.imu.pose, prediction.state), expected);
-  fits.allowed = fits.left < kLargestMahalanobis;
+  fits.allowed =
+      mahalanobis(difference(fits.imu.pose, prediction.state), expected) < kLargestMahalanobis;
   return fits;
 }
 
@@ -458,6 +436,21 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
 }
 
+// Of the pose of the images from a prediction.
+struct Difference {
+  Vector6d d;
+  double mahalanobis = 0.0;
+  // The error of constant size over the interval that has its effect on the pose.
+  Vector6d error;
+  bool goes_on = false;
+
+  void writeTo(Innovation* result) const {
+    result->mahalanobis = mahalanobis;
+    result->rotation_deg = kDeg * d.head<3>().norm();
+    result->position_m = d.tail<3>().norm();
+  }
+};
+
 // Whether `d`, of covariance S, shows the error of the frame before again: the likelihood of an
 // error in its direction, of about its size, over that of none (covariances S + e e^T and S).
 bool goesOn(const Vector6d& d, double interval, const Matrix6d& S, const TrackTrust& trust) {
@@ -468,11 +461,18 @@ bool goesOn(const Vector6d& d, double interval, const Matrix6d& S, const TrackTr
   return along > 0.0 && 0.5 * (along * along / grown - std::log(grown)) + trust.log_odds > 0.0;
 }
 
-// The error of constant size over the interval that has the innovation's effect on the pose.
-Vector6d errorOf(const Vector6d& d, double interval) {
-  Vector6d error;
-  error << d.head<3>() / interval, 2.0 * d.tail<3>() / (interval * interval);
-  return error;
+// `pose` has `covariance` from tracks.
+Difference differenceOf(const NavState& pose, const Matrix6d& covariance,
+                        const Prediction& prediction, const InnovationInput& frame,
+                        const TrackTrust& trust) {
+  const double interval = frame.interval();
+  const Matrix6d expected = prediction.covariance + ofImages(pose, covariance, frame.optimized);
+  Difference result;
+  result.d = difference(pose, prediction.state);
+  result.mahalanobis = mahalanobis(result.d, expected);
+  result.error << result.d.head<3>() / interval, 2.0 * result.d.tail<3>() / (interval * interval);
+  result.goes_on = goesOn(result.d, interval, expected, trust);
+  return result;
 }
 
 // As large as that error, or as what a body may do while nothing is known.
@@ -512,32 +512,21 @@ std::string sentenceOf(const Innovation& result) {
          std::to_string(kLeastTracks) + ")";
 }
 
-bool isWrong(const Innovation& result) {
-  return result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear;
-}
-
 // Whether the pose of the images agrees with another prediction. If nearly all tracks agree with
 // that pose and nothing was found, the other prediction decides: damage that is small against what
 // is known of the host's velocity.
-bool compareTo(const PropagatedState& predicted, const std::vector<NavState>& optimized,
-               const TrackTrust& trust, Innovation* result) {
+bool compareTo(const InnovationInput& frame, const TrackTrust& trust, Innovation* result) {
   // A part of the tracks was where the IMU is, and the pose of the images is another minimum.
   if (result->culprit == Culprit::kNone && result->mahalanobis >= kLargestMahalanobis) return true;
-  const NavState& last = optimized.back();
-  const Prediction prediction = predictionOf(predicted, last);
-  const Vector6d d = difference(result->images, prediction.state);
-  const double interval = predicted.state.t - last.t;
-  const Matrix6d expected =
-      prediction.covariance + ofImages(result->images, result->covariance, optimized);
-  const double distance = mahalanobis(d, expected);
-  result->error = errorOf(d, interval);
-  if (distance < kLargestMahalanobis && !goesOn(d, interval, expected, trust)) return true;
+  const Prediction prediction = predictionOf(frame.predicted, frame.optimized.back());
+  const Difference other =
+      differenceOf(result->images, result->covariance, prediction, frame, trust);
+  result->error = other.error;
+  if (other.mahalanobis < kLargestMahalanobis && !other.goes_on) return true;
   if (result->culprit != Culprit::kNone) return false;
   result->culprit = Culprit::kImu;
   result->best = result->images;
-  result->mahalanobis = distance;
-  result->rotation_deg = kDeg * d.head<3>().norm();
-  result->position_m = d.tail<3>().norm();
+  other.writeTo(result);
   setSizes(result);
   result->message = sentenceOf(*result);
   return false;
@@ -550,38 +539,43 @@ bool areFinite(const std::vector<NavState>& states) {
 
 }  // namespace
 
-namespace innovation_detail {
-
-bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
+bool poseResidual(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
                   double sigma, PoseResidual* residual) {
-  return residualAt(track, cameraOf(pose, calibration), pose.R_w_b * calibration.t_b_c, sigma,
-                    residual);
+  PlaceResidual place;
+  if (!residualOf(track.place, camera, track.bearing, track.basis, &place)) return false;
+  residual->r = place.r;
+  // The ray turns about the body, which carries the camera.
+  const double rho = track.place.inverse_depth;
+  const Eigen::Vector3d from_body = place.ray + rho * arm;
+  residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
+  residual->J.rightCols<3>() = -rho * place.by_expected;
+  const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();
+  Eigen::Matrix2d S = place.by_place * CJ;
+  S.diagonal().array() += sigma * sigma;
+  residual->information = S.inverse();
+  residual->inverse_depth = rho - CJ.row(2).dot(residual->information * residual->r);
+  return true;
 }
 
-}  // namespace innovation_detail
-
-Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
-                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                        double sigma_px, const TrackTrust& trust) {
+Innovation innovationOf(const InnovationInput& frame, const TrackTrust& trust) {
+  const std::vector<NavState>& optimized = frame.optimized;
+  const PropagatedState& predicted = frame.predicted;
   Innovation result;
   result.images = result.best = predicted.state;
-  const FrameObservation* newest = frameAt(frames, predicted.state.t);
+  const FrameObservation* newest = frameAt(frame.frames, predicted.state.t);
   if (optimized.size() < kLeastStates || newest == nullptr || !areFinite(optimized) ||
       !predicted.state.isFinite() || !predicted.covariance.allFinite() ||
-      !(predicted.state.t > optimized.back().t) || !(sigma_px > 0.0)) {
+      !(frame.interval() > 0.0)) {
     result.message = "the window, the prediction or the newest frame is missing or not finite";
     return result;
   }
-  const auto sceneFrom = [&](const std::vector<NavState>& states) {
-    return sceneOf(states, *newest, frames, calibration, sigma_px / calibration.focal_px,
-                   trust.most_noise);
-  };
-  Scene scene = sceneFrom(optimized);
+  Scene scene = sceneOf(optimized, *newest, frame, trust.most_noise);
   if (trust.agreed && move(scene.moved, scene.tracks.size() + scene.placeless.size())) {
-    Scene before = sceneFrom({optimized.begin(), optimized.end() - 1});
+    Scene before =
+        sceneOf({optimized.begin(), optimized.end() - 1}, *newest, frame, trust.most_noise);
     if (isOfLastPose(scene, before)) scene = std::move(before);
   }
-  result.noise = scene.sigma * calibration.focal_px / sigma_px;
+  result.noise = scene.sigma * frame.calibration.focal_px / frame.calibration.pointSigmaPx();
   result.tracks = static_cast<int>(scene.tracks.size());
   result.deciding = static_cast<int>(scene.deciding);
   if (scene.tracks.size() < kLeastTracks) {
@@ -593,22 +587,17 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
     return result;
   }
   const Prediction prediction = predictionOf(predicted, optimized.back());
-  const Fits fits = fitBoth(PoseSolver(scene, calibration), prediction, optimized);
-  const Vector6d d = difference(fits.images.pose, prediction.state);
-  const double interval = predicted.state.t - optimized.back().t;
+  const Fits fits = fitBoth(PoseSolver(scene, frame.calibration), prediction, optimized);
   result.agree_imu = fits.allowed ? fits.imu.fraction : 0.0;
   result.agree_images = fits.images.fraction;
-  result.rotation_deg = kDeg * d.head<3>().norm();
-  result.position_m = d.tail<3>().norm();
   result.covariance = fits.images.covariance;
-  const Matrix6d expected =
-      prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized);
-  result.mahalanobis = mahalanobis(d, expected);
-  result.error = errorOf(d, interval);
-  result.culprit =
-      culpritOf(scene, fits, result.mahalanobis, goesOn(d, interval, expected, trust), trust);
-  const auto stateOf = [&prediction, interval](NavState pose) {
-    pose.v_w_b += (pose.p_w_b - prediction.state.p_w_b) / interval;
+  const Difference found =
+      differenceOf(fits.images.pose, result.covariance, prediction, frame, trust);
+  found.writeTo(&result);
+  result.error = found.error;
+  result.culprit = culpritOf(scene, fits, found.mahalanobis, found.goes_on, trust);
+  const auto stateOf = [&](NavState pose) {
+    pose.v_w_b += (pose.p_w_b - prediction.state.p_w_b) / frame.interval();
     return pose;
   };
   result.images = stateOf(fits.images.pose);
@@ -619,7 +608,7 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
     if (fits.allowed && fits.imu.fraction >= kPart) world = &fits.imu;
     setMoving(world, scene, trust.decide, &result);
   }
-  if (result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear) {
+  if (result.accusesImu()) {
     setSizes(&result);
     result.damaged_since = optimized.back().t;
   }
@@ -643,14 +632,14 @@ bool InnovationMonitor::velocityOfPoses(const std::vector<NavState>& optimized,
   return velocity->allFinite();
 }
 
-PropagatedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocity,
-                                                  const NavState& last,
-                                                  const PropagatedState& predicted) const {
-  const double interval = predicted.state.t - last.t;
+PropagatedState InnovationMonitor::withVelocity(const Eigen::Vector3d& velocity,
+                                                const InnovationInput& frame) const {
+  const double interval = frame.interval();
+  const Eigen::Vector3d change = velocity - frame.optimized.back().v_w_b;
   const double share = interval / (before_.last - before_.first);
-  PropagatedState result = predicted;
-  result.state.v_w_b += velocity - last.v_w_b;
-  result.state.p_w_b += (velocity - last.v_w_b) * interval;
+  PropagatedState result = frame.predicted;
+  result.state.v_w_b += change;
+  result.state.p_w_b += change * interval;
   // Errors e of the two poses move the prediction by e_1 + share (e_1 - e_0), and the velocity of
   // healthyCovariance() is not used.
   const double of_pose =
@@ -664,26 +653,20 @@ PropagatedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocit
   return result;
 }
 
-void InnovationMonitor::keep(const std::vector<NavState>& optimized,
-                             const PropagatedState& predicted, const Innovation& result) {
-  const NavState& last = optimized.back();
-  const double interval = predicted.state.t - last.t;
+void InnovationMonitor::keep(const InnovationInput& frame, const Innovation& result) {
+  const NavState &last = frame.optimized.back(), &predicted = frame.predicted.state;
   before_.first = last.t;
-  before_.last = predicted.state.t;
+  before_.last = predicted.t;
   before_.start = last.p_w_b;
-  before_.position = predicted.state.p_w_b - last.p_w_b - last.v_w_b * interval;
-  before_.velocity = predicted.state.v_w_b - last.v_w_b;
+  before_.position = predicted.p_w_b - last.p_w_b - last.v_w_b * frame.interval();
+  before_.velocity = predicted.v_w_b - last.v_w_b;
   before_.variance =
-      ofImages(result.images, result.covariance, optimized).diagonal().tail<3>().maxCoeff();
+      ofImages(result.images, result.covariance, frame.optimized).diagonal().tail<3>().maxCoeff();
 }
 
-Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
-                                    const PropagatedState& predicted,
-                                    const std::vector<FrameObservation>& frames,
-                                    const Calibration& calibration, double sigma_px,
-                                    bool uncertain) {
-  const double t = predicted.state.t;
-  if (blindEnds(frames, t)) trusted_since_ = t;
+Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain) {
+  const double t = frame.predicted.state.t;
+  if (blindEnds(frame)) trusted_since_ = t;
   TrackTrust trust;
   // A host whose poses have not agreed with its tracks yet has them wrong.
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
@@ -691,8 +674,8 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   trust.agreed = agreed_;
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
-  Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
-  damaged_ = isWrong(result);
+  Innovation result = judgeFrame(frame, trust);
+  damaged_ = result.accusesImu();
   agreed_ = !damaged_ && result.agree_imu >= kNearlyAll;
   if (result.culprit == Culprit::kImages) moved_ = t;
   // What moves in the images goes on as well.
@@ -700,8 +683,8 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   error_ = of_imu ? result.error : Vector6d::Zero();
   if (result.culprit == Culprit::kNone) {
     noise_ = std::isnan(noise_) ? result.noise : noise_ + kNoiseMemory * (result.noise - noise_);
+    blind_since_ = kNotComputed;
   }
-  if (result.culprit == Culprit::kNone) blind_since_ = kNotComputed;
   moving_.clear();
   if (!result.blind) return result;
   moving_.insert(result.moving.begin(), result.moving.end());
@@ -710,15 +693,15 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   // It may be the IMU, or the poses that the host had before.
   result.culprit = Culprit::kUnclear;
   result.moving.clear();
-  result.damaged_since = optimized.back().t;
+  result.damaged_since = frame.optimized.back().t;
   result.error.setZero();
   setSizes(&result);
   return result;
 }
 
 // What has filled the view is gone at once.
-bool InnovationMonitor::blindEnds(const std::vector<FrameObservation>& frames, double t) const {
-  const FrameObservation* newest = frameAt(frames, t);
+bool InnovationMonitor::blindEnds(const InnovationInput& frame) const {
+  const FrameObservation* newest = frameAt(frame.frames, frame.predicted.state.t);
   if (newest == nullptr || moving_.empty()) return false;
   const auto still =
       std::count_if(newest->points.begin(), newest->points.end(),
@@ -726,40 +709,33 @@ bool InnovationMonitor::blindEnds(const std::vector<FrameObservation>& frames, d
   return static_cast<double>(still) < kPart * static_cast<double>(moving_.size());
 }
 
-Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
-                                         const PropagatedState& predicted,
-                                         const std::vector<FrameObservation>& frames,
-                                         const Calibration& calibration, double sigma_px,
-                                         const TrackTrust& trust) {
+Innovation InnovationMonitor::judgeFrame(const InnovationInput& frame, const TrackTrust& trust) {
   Eigen::Vector3d velocity;
-  const bool known = velocityOfPoses(optimized, &velocity);
-  if (!known) {
-    Innovation result = innovationOf(optimized, predicted, frames, calibration, sigma_px, trust);
-    suspicious_ = isWrong(result);
-    if (!optimized.empty()) keep(optimized, predicted, result);
+  if (!velocityOfPoses(frame.optimized, &velocity)) {
+    Innovation result = innovationOf(frame, trust);
+    suspicious_ = result.accusesImu();
+    if (!frame.optimized.empty()) keep(frame, result);
     return result;
   }
-  const NavState& last = optimized.back();
-  const PropagatedState other = withVelocityOf(velocity, last, predicted);
+  const double off = (velocity - frame.optimized.back().v_w_b).norm();
+  const PropagatedState by_poses = withVelocity(velocity, frame);
+  const InnovationInput other = {frame.optimized, by_poses, frame.frames, frame.calibration};
   TrackTrust of_host = trust;
   of_host.error.setZero();
-  Innovation result =
-      suspicious_ ? innovationOf(optimized, other, frames, calibration, sigma_px, trust)
-                  : innovationOf(optimized, predicted, frames, calibration, sigma_px, of_host);
-  const std::string off = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
-                          " m/s from that of its last two poses: ";
-  if (!suspicious_ && (result.culprit == Culprit::kNone || isWrong(result))) {
-    const bool same = compareTo(other, optimized, trust, &result);
-    if (isWrong(result) && same) {
+  Innovation result = suspicious_ ? innovationOf(other, trust) : innovationOf(frame, of_host);
+  if (!suspicious_ && (result.culprit == Culprit::kNone || result.accusesImu())) {
+    const bool same = compareTo(other, trust, &result);
+    if (result.accusesImu() && same) {
       result.culprit = Culprit::kUnclear;
-      result.message = off + result.message;
+      result.message = "the host's velocity is " + rounded(off) +
+                       " m/s from that of its last two poses: " + result.message;
     }
   }
   // Too little of it may have been in the interval before to be seen there.
-  if (isWrong(result)) result.damaged_since = before_.first;
-  suspicious_ = isWrong(result) || (suspicious_ && result.culprit != Culprit::kNotJudged &&
-                                    (velocity - last.v_w_b).norm() > kSameVelocity);
-  keep(optimized, predicted, result);
+  if (result.accusesImu()) result.damaged_since = before_.first;
+  suspicious_ = result.accusesImu() ||
+                (suspicious_ && result.culprit != Culprit::kNotJudged && off > kSameVelocity);
+  keep(frame, result);
   return result;
 }
 

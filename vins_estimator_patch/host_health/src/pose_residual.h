@@ -10,8 +10,6 @@
 
 namespace slim_init::host_health {
 
-namespace innovation_detail {
-
 /// A track of the newest frame with a known place.
 struct PoseTrack {
   FeatureId id = -1;
@@ -28,10 +26,9 @@ struct PoseResidual {
   double inverse_depth = 0.0;                   ///< with this observation [1/m]
 };
 
-/// False if the place is behind the camera. `sigma` of a bearing [rad].
-bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
+/// False if the place is behind the camera. `arm`: from the body to the camera, in w [m]; `sigma`
+/// of a bearing [rad].
+bool poseResidual(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
                   double sigma, PoseResidual* residual);
-
-}  // namespace innovation_detail
 
 }  // namespace slim_init::host_health

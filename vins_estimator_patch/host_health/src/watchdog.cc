@@ -26,6 +26,13 @@ constexpr std::size_t kLeastViews = 3;
 constexpr double kMostDepthError = 0.1;
 // Error of a track whose place is behind the camera, or far outside its view [px].
 constexpr double kBehindPx = 1e4;
+constexpr double kMaxReprojectionPx = 6.0;  // median over the tracks
+constexpr std::size_t kLeastTracks = 10;
+// Besides three standard deviations of the IMU.
+constexpr double kMaxVelocity = 0.5;  // [m/s]
+constexpr double kMaxRotationDeg = 3.0;
+constexpr double kMaxGyroBias = 0.5;   // [rad/s]
+constexpr double kMaxAccelBias = 2.0;  // [m/s^2]
 // Of the initializer's answer: velocity [m/s] and share of it, tilt.
 constexpr double kAnswerVelocity = 0.5;
 constexpr double kAnswerShare = 0.3;
@@ -46,7 +53,7 @@ double errorOf(const PlaceResidual& residual, const TrackPlace& place,
 
 double reprojection(const std::vector<NavState>& states,
                     const std::vector<const FrameObservation*>& frames,
-                    const Calibration& calibration, int least_tracks) {
+                    const Calibration& calibration) {
   std::vector<CameraPose> cameras;
   for (const NavState& state : states) cameras.push_back(cameraOf(state, calibration));
   std::map<FeatureId, std::vector<TrackView>> views;
@@ -76,19 +83,19 @@ double reprojection(const std::vector<NavState>& states,
       errors.push_back(seen ? errorOf(residual, place, calibration) : kBehindPx);
     }
   }
-  if (static_cast<int>(tracks.size()) < least_tracks) return kNotComputed;
+  if (tracks.size() < kLeastTracks) return kNotComputed;
   return middle(std::move(errors));
 }
 
 }  // namespace
 
-WatchFinding watchWindow(const std::vector<NavState>& states,
-                         const std::vector<FrameObservation>& frames,
-                         const std::deque<ImuSample>& samples, const std::deque<ImuDamage>& damage,
-                         const Calibration& calibration, const WatchBounds& bounds) {
-  WatchFinding finding;
+HostHealth watchWindow(const std::vector<NavState>& states,
+                       const std::vector<FrameObservation>& frames,
+                       const std::deque<ImuSample>& samples, const std::deque<ImuDamage>& damage,
+                       const Calibration& calibration) {
+  HostHealth finding;
   const auto wrong = [&finding](const std::string& reason) {
-    finding.healthy = false;
+    finding.suspect = true;
     finding.reason += (finding.reason.empty() ? "" : "; ") + reason;
   };
   if (states.size() <= kJudgedFrames) return finding;
@@ -98,11 +105,11 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
     return finding;
   }
   const NavState& newest = states.back();
-  if (const double bias = newest.accel_bias.norm(); bias > bounds.accel_bias) {
-    wrong(roundedText(3, "accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
+  if (const double bias = newest.accel_bias.norm(); bias > kMaxAccelBias) {
+    wrong(roundedText(3, "accelerometer bias ", bias, " m/s^2 (limit ", kMaxAccelBias, ")"));
   }
-  if (const double bias = newest.gyro_bias.norm(); bias > bounds.gyro_bias) {
-    wrong(roundedText(3, "gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
+  if (const double bias = newest.gyro_bias.norm(); bias > kMaxGyroBias) {
+    wrong(roundedText(3, "gyroscope bias ", bias, " rad/s (limit ", kMaxGyroBias, ")"));
   }
 
   // The IMU alone from the oldest state that it may reach from.
@@ -119,9 +126,9 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
     }
     finding.velocity_mps = (newest.v_w_b - propagated.state.v_w_b).norm();
     finding.rotation_deg = kDeg * angleOf(propagated.state.R_w_b.transpose() * newest.R_w_b);
-    const double may_v = bounds.velocity_mps + 3.0 * propagated.velocitySigma();
+    const double may_v = kMaxVelocity + 3.0 * propagated.velocitySigma();
     const double may_r =
-        bounds.rotation_deg +
+        kMaxRotationDeg +
         3.0 * kDeg * std::sqrt(propagated.covariance.diagonal().head<3>().maxCoeff());
     if (finding.velocity_mps > may_v) {
       wrong(roundedText(3, "velocity changed by ", finding.velocity_mps,
@@ -140,11 +147,10 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
       if (std::abs(frame.t - states[i].t) < 1e-4) at[i] = &frame;
     }
   }
-  finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
-  if (finding.reprojection_px > bounds.reprojection_px) {
+  finding.reprojection_px = reprojection(states, at, calibration);
+  if (finding.reprojection_px > kMaxReprojectionPx) {
     wrong(roundedText(3, "tracks are ", finding.reprojection_px,
-                      " px from their predicted places (median, limit ", bounds.reprojection_px,
-                      ")"));
+                      " px from their predicted places (median, limit ", kMaxReprojectionPx, ")"));
   }
   return finding;
 }

@@ -20,7 +20,6 @@ struct HostFile {
   bool keep_heading = false;       ///< HostGlue::keepHeading() acts; absent: as `reinit`
   std::string speed_topic;         ///< of measured velocities, or ""
   bool speed_forward_only = true;  ///< their x alone is measured
-  ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
   host_health::FileCalibration rig;
   double max_wait_ms = 10.0;  ///< an image waits so long for a solve [ms]; negative: until it ends
   std::string output_path;    ///< the host's folder for results, or ""

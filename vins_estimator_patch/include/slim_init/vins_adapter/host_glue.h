@@ -48,27 +48,21 @@ struct GlueWindow : HostWindow {
   std::vector<HostImuInterval> intervals;  ///< as in HostPreparation
 };
 
-/// A sensor_msgs::PointCloud without ROS.
+/// A sensor_msgs::PointCloud without ROS: points in the plane z = 1, named values for each.
 struct GlueCloud {
-  /// Time stamp of a message, as ros::Time has it.
-  struct Stamp {
-    double seconds = 0.0;
-    double toSec() const { return seconds; }
-  };
-  /// Header of a message.
   struct Header {
-    Stamp stamp;
-  };
-  /// A point in the plane z = 1.
+    struct Stamp {
+      double seconds = 0.0;
+      double toSec() const { return seconds; }
+    } stamp;
+  } header;
   struct Point {
     float x, y, z;
   };
-  /// Named values, one per point.
   struct Channel {
     std::string name;
     std::vector<float> values;
   };
-  Header header;
   std::vector<Point> points;
   std::vector<Channel> channels;
 };
@@ -166,16 +160,16 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   for (auto& feature : e.f_manager.feature) {
     feature.estimated_depth = -1.0;
     feature.solve_flag = 0;
-    forgetLidarDepth(feature, 0);
-    forgetWeight(feature, 0);
+    forgetLidarDepth(feature);
+    forgetWeight(feature);
   }
-  forgetLines(e.f_manager, 0);
-  const bool anchored = anchorAgain(e, 0);
+  forgetLines(e.f_manager);
+  const bool anchored = anchorAgain(e);
   // The old prior is about the old states.
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
   e.last_marginalization_info = nullptr;
   e.last_marginalization_parameter_blocks.clear();
-  setPrior(e, window.prior, anchored, 0);
+  setPrior(e, window.prior, anchored);
   // Its failure detection compares to these.
   e.last_R = e.Rs[newest];
   e.last_P = e.Ps[newest];
@@ -338,7 +332,7 @@ class HostGlue {
     e.ric[0] = window.ric;
     e.tic[0] = window.tic;
     e.f_manager.setRic(e.ric);
-    if (!std::isnan(window.td)) glue_detail::setTd(e, window.td, 0);
+    if (!std::isnan(window.td)) glue_detail::setTd(e, window.td);
     if (estimate_extrinsic != 0) {
       estimate_extrinsic = 1;
       ric = window.ric;

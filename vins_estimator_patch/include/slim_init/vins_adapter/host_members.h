@@ -15,57 +15,53 @@ namespace slim_init {
 namespace vins_adapter {
 namespace glue_detail {
 
-/// An argument of value 0 is an int first and a long second: the overload that takes an int is
-/// taken where its return type exists.
-typedef int IfThere;
-typedef long Otherwise;
+// Each has an overload for any arguments, which is the worse match: it is taken where the return
+// type of the other does not exist.
 
 /// The time offset between camera and IMU [s]; PL-VINS takes it as zero and has no member.
 template <typename Estimator>
-auto setTd(Estimator& e, double td, IfThere) -> decltype(e.td = td, void()) {
+auto setTd(Estimator& e, double td) -> decltype(e.td = td, void()) {
   e.td = td;
 }
-template <typename Estimator>
-void setTd(Estimator&, double, Otherwise) {}
+template <typename... Any>
+void setTd(const Any&...) {}
 
 /// LVI-SAM: a depth from the lidar is held constant, a triangulated one must not be.
 template <typename Feature>
-auto forgetLidarDepth(Feature& feature, IfThere)
-    -> decltype(feature.lidar_depth_flag = false, void()) {
+auto forgetLidarDepth(Feature& feature) -> decltype(feature.lidar_depth_flag = false, void()) {
   feature.lidar_depth_flag = false;
 }
-template <typename Feature>
-void forgetLidarDepth(Feature&, Otherwise) {}
+template <typename... Any>
+void forgetLidarDepth(const Any&...) {}
 
 /// DynaVINS: weights found with the old poses say which features moved relative to those.
 template <typename Feature>
-auto forgetWeight(Feature& feature, IfThere)
+auto forgetWeight(Feature& feature)
     -> decltype(feature.weight = 1.0, feature.weightNum = 1, void()) {
   feature.weight = 1.0;
   feature.weightNum = 1;
 }
-template <typename Feature>
-void forgetWeight(Feature&, Otherwise) {}
+template <typename... Any>
+void forgetWeight(const Any&...) {}
 
 /// PL-VINS: its lines are in the old world frame; it triangulates those that have no position.
 template <typename FeatureManager>
-auto forgetLines(FeatureManager& manager, IfThere)
+auto forgetLines(FeatureManager& manager)
     -> decltype(manager.linefeature.begin()->is_triangulation = false, void()) {
   for (auto& line : manager.linefeature) line.is_triangulation = false;
 }
-template <typename FeatureManager>
-void forgetLines(FeatureManager&, Otherwise) {}
+template <typename... Any>
+void forgetLines(const Any&...) {}
 
 /// GVINS: its first optimization holds the first pose by a factor, later ones by the prior, which
 /// is gone. True for a host of this kind: it never turns its window back, so that its prior has to
 /// hold position and heading as well.
 template <typename Estimator>
-auto anchorAgain(Estimator& e, IfThere) -> decltype(e.first_optimization = true, bool()) {
-  e.first_optimization = true;
-  return true;
+auto anchorAgain(Estimator& e) -> decltype(e.first_optimization = true, bool()) {
+  return e.first_optimization = true;
 }
-template <typename Estimator>
-bool anchorAgain(Estimator&, Otherwise) {
+template <typename... Any>
+bool anchorAgain(const Any&...) {
   return false;
 }
 
@@ -76,7 +72,7 @@ bool anchorAgain(Estimator&, Otherwise) {
 /// too: GVINS takes its own factor on the first pose into the next prior only where there is no
 /// prior yet, and with this one there is.
 template <typename Estimator>
-auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored, IfThere)
+auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored)
     -> decltype(e.last_marginalization_info->keep_block_data,
                 e.last_marginalization_info->linearized_residuals, e.para_Pose[0][0],
                 e.para_SpeedBias[0][0], void()) {
@@ -132,8 +128,8 @@ auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored, IfTh
   e.last_marginalization_parameter_blocks.push_back(&e.para_Pose[0][0]);
   e.last_marginalization_parameter_blocks.push_back(&e.para_SpeedBias[0][0]);
 }
-template <typename Estimator>
-void setPrior(Estimator&, const std::vector<double>&, bool, Otherwise) {}
+template <typename... Any>
+void setPrior(const Any&...) {}
 
 }  // namespace glue_detail
 

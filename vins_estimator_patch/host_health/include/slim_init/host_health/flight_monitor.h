@@ -11,18 +11,21 @@ namespace slim_init::host_health {
 
 /// What was found about a host's states at one frame.
 struct HostHealth {
-  bool healthy = true;  ///< no failure is reported
-  bool suspect =
-      false;  ///< something speaks against the state: not a healthy one, not yet a failure
+  bool healthy = true;   ///< no failure is reported
+  bool suspect = false;  ///< something speaks against the state, which may not be a failure yet
   /// Newest frame [s], camera clock, of a window that was solved without the host's states and
   /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
   double confirmed_stamp = kNotComputed;
-  std::string reason;  ///< in words, with value and bound; empty while healthy
+  std::string reason;  ///< the checks that failed, with value and limit; empty: none
   /// The calibration that the window solved for this frame has found, if any.
   OptionalCalibration calibration;
-  double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
-  double velocity_mps = kNotComputed;     ///< difference to what the IMU measured
-  double rotation_deg = kNotComputed;     ///< likewise
+  /// Of tracks triangulated between the window's older poses and seen again in the newest, median
+  /// [px]; NaN: too few.
+  double reprojection_px = kNotComputed;
+  /// Of the newest state from an older one of the window, propagated there by the IMU; NaN: not
+  /// compared.
+  double velocity_mps = kNotComputed;
+  double rotation_deg = kNotComputed;
 };
 
 /// The health of a host's states.

@@ -25,15 +25,14 @@ struct ImuDamage {
   double last = 0.0;     ///< the first good one after; the newest sample while it goes on [s]
   bool open = false;     ///< it still goes on
   bool bridged = false;  ///< short enough to be used all the same
-  /// Only the accelerometer was damaged: the rates in it are as measured.
-  bool gyro_known = false;
   /// The samples are used as measured: the innovation test or their noise speaks against them.
   bool measured = false;
   /// Error of the samples in use, constant over the interval, standard deviation per axis.
   double accel_sigma = kUnknownAccel;  ///< [m/s^2]
-  double gyro_sigma = kUnknownGyro;    ///< [rad/s], unless gyro_known
+  double gyro_sigma = kUnknownGyro;    ///< [rad/s]
 
-  double gyroSigma() const { return gyro_known ? 0.0 : gyro_sigma; }
+  /// Only the accelerometer was damaged: the rates in it are as measured.
+  bool gyroKnown() const { return gyro_sigma == 0.0; }
 };
 
 /// Standard deviation of one axis of one sample.
@@ -41,10 +40,6 @@ struct ImuSampleNoise {
   double accel = 0.0;  ///< [m/s^2]
   double gyro = 0.0;   ///< [rad/s]
 };
-
-/// Noise of samples from their third differences, which motion hardly enters; robust against
-/// glitches. Zero for fewer than five samples.
-ImuSampleNoise noiseOf(const std::deque<ImuSample>& samples);
 
 /// The median of one value or more; of an even number the larger of the two in the middle.
 double middle(std::vector<double> values);

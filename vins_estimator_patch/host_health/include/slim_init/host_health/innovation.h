@@ -57,6 +57,9 @@ struct Innovation {
   double gyro_sigma = 0.0;              ///< [rad/s]
   double damaged_since = kNotComputed;  ///< [s]
   std::string message;                  ///< one sentence with values and limits
+
+  /// The IMU data of the interval are not to be believed.
+  bool accusesImu() const { return culprit == Culprit::kImu || culprit == Culprit::kUnclear; }
 };
 
 /// Host and tracker add to the noise of a track, by no more than this factor.
@@ -76,14 +79,22 @@ struct TrackTrust {
   double log_odds = 0.0;
 };
 
-/// Compares the tracks of the newest frame to the pose that the IMU predicts for it.
-///
-/// `optimized` are the states of the host's window except for the newest, ascending in time;
-/// `predicted` is the last of them propagated to the newest frame by propagateState(), from
-/// healthyCovariance(); `frames` have their stamps on the IMU clock, those of other times are
-/// skipped; `sigma_px` is the standard deviation of an observation [px]; more noise is measured.
-/// Fewer than three optimized states, a value that is not finite, a missing newest frame:
-/// kNotJudged.
+/// A new frame of a host.
+struct InnovationInput {
+  /// The states of the host's window except for the newest, ascending in time.
+  const std::vector<NavState>& optimized;
+  /// The last of them propagated to the newest frame by propagateState(), from healthyCovariance().
+  const PropagatedState& predicted;
+  /// With their stamps on the IMU clock; those of other times are skipped.
+  const std::vector<FrameObservation>& frames;
+  /// Of the rig. Tracks may have more noise than its pointSigmaPx(): it is measured.
+  const Calibration& calibration;
+
+  double interval() const { return predicted.state.t - optimized.back().t; }  ///< [s]
+};
+
+/// Compares the tracks of the newest frame to the pose that the IMU predicts for it. Fewer than
+/// three optimized states, a value that is not finite, a missing newest frame: kNotJudged.
 ///
 /// Tracks of the newest frame are triangulated between the optimized poses, each with its own
 /// covariance. Those with four views decide, all if fewer than eight have them: what is new all
@@ -93,9 +104,7 @@ struct TrackTrust {
 /// A track whose views in the window leave it no place (the same bound) has moved before the newest
 /// interval: many of them cannot speak against the IMU, and a texture that fills the view, all of
 /// whose tracks are new, is distinguished from damage by them.
-Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
-                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                        double sigma_px, const TrackTrust& trust = {});
+Innovation innovationOf(const InnovationInput& frame, const TrackTrust& trust = {});
 
 /// innovationOf() for each frame of a host in flight, in order, and the same test with the velocity
 /// of the host's last two poses, which does not depend on what the host has made of its IMU data.
@@ -106,12 +115,10 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
 /// as well be incorrect. Not thread-safe.
 class InnovationMonitor {
  public:
-  /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
-  /// velocity. `uncertain`: the IMU data between the optimized states are known to be damaged, or
-  /// there were no images to judge them.
-  Innovation judge(const std::vector<NavState>& optimized, const PropagatedState& predicted,
-                   const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                   double sigma_px, bool uncertain = false);
+  /// As innovationOf(); the prediction is without widening of its velocity. `uncertain`: the IMU
+  /// data between the optimized states are known to be damaged, or there were no images to judge
+  /// them.
+  Innovation judge(const InnovationInput& frame, bool uncertain = false);
   /// The streams or the host have restarted.
   void reset();
 
@@ -124,15 +131,11 @@ class InnovationMonitor {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
     double variance = 0.0;  // of the difference of its poses, from their tracks [m^2]
   };
-  Innovation judgeFrame(const std::vector<NavState>& optimized, const PropagatedState& predicted,
-                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                        double sigma_px, const TrackTrust& trust);
-  bool blindEnds(const std::vector<FrameObservation>& frames, double t) const;
+  Innovation judgeFrame(const InnovationInput& frame, const TrackTrust& trust);
+  bool blindEnds(const InnovationInput& frame) const;
   bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
-  PropagatedState withVelocityOf(const Eigen::Vector3d& velocity, const NavState& last,
-                                 const PropagatedState& predicted) const;
-  void keep(const std::vector<NavState>& optimized, const PropagatedState& predicted,
-            const Innovation& result);
+  PropagatedState withVelocity(const Eigen::Vector3d& velocity, const InnovationInput& frame) const;
+  void keep(const InnovationInput& frame, const Innovation& result);
 
   Step before_;
   bool suspicious_ = false, damaged_ = false, agreed_ = false;

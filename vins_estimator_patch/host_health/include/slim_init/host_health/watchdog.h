@@ -9,43 +9,21 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/host_health/flight_monitor.h"
 #include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/types.h"
 
 namespace slim_init::host_health {
 
-/// What the watchdog measured in one window of a host, and its conclusion.
-struct WatchFinding {
-  bool healthy = true;
-  std::string reason;  ///< the check that failed, with value and limit; empty while healthy
-  /// Of tracks triangulated between the window's older poses and seen again in the newest [px];
-  /// NaN: too few.
-  double reprojection_px = kNotComputed;
-  /// Of the newest state from an older one of the window, propagated there by the IMU; NaN: not
-  /// compared.
-  double velocity_mps = kNotComputed;
-  double rotation_deg = kNotComputed;
-};
-
-/// Bounds of the watchdog.
-struct WatchBounds {
-  double reprojection_px = 6.0;  ///< median over the tracks
-  int tracks = 10;               ///< fewer are not judged
-  double velocity_mps = 0.5;     ///< besides three standard deviations of the IMU
-  double rotation_deg = 3.0;     ///< likewise
-  double gyro_bias = 0.5;        ///< [rad/s]
-  double accel_bias = 2.0;       ///< [m/s^2]
-};
-
 /// Judges a window of a host by data that the host did not choose: `states` on the IMU clock, one
 /// per frame, ascending; `frames` with their stamps on the IMU clock (those that have none are
 /// skipped); the usable IMU samples and the intervals without. `calibration` is the one that the
-/// host works with.
-WatchFinding watchWindow(const std::vector<NavState>& states,
-                         const std::vector<FrameObservation>& frames,
-                         const std::deque<ImuSample>& samples, const std::deque<ImuDamage>& damage,
-                         const Calibration& calibration, const WatchBounds& bounds = {});
+/// host works with. A check that fails makes it suspect.
+HostHealth watchWindow(const std::vector<NavState>& states,
+                       const std::vector<FrameObservation>& frames,
+                       const std::deque<ImuSample>& samples, const std::deque<ImuDamage>& damage,
+                       const Calibration& calibration);
 
 /// Biases do not jump. An optimization that has been thrown off and finds back to the tracks has
 /// put its error into them, and in hover nothing but their past says so. VINS-Mono's settle by
