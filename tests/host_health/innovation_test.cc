@@ -268,8 +268,7 @@ TEST(Innovation, ResidualHasTheRightJacobian) {
     pose.p_w_b += Eigen::Vector3d(0.1, -0.05, 0.02);
     pose.R_w_b = expSO3(Eigen::Vector3d(0.02, 0.05, -0.03)) * pose.R_w_b;
     const auto residualAt = [&](const NavState& at, PoseResidual* result) {
-      return poseResidual(track, cameraOf(at, flight.calibration),
-                          at.R_w_b * flight.calibration.t_b_c, 1e-3, result);
+      return poseResidual(track, cameraOf(at, flight.calibration), 1e-3, result);
     };
     const auto residual = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
       NavState moved = pose;

@@ -454,10 +454,7 @@ struct HostAdapter::State {
     } else {
       solved = worker.take(SolvePurpose::kCheck, SolveWorker::Clock::now());
       // A solve that is wanted more is not put off.
-      const bool free = !worker.isBusy(SolvePurpose::kCheck) &&
-                        !worker.isBusy(SolvePurpose::kRecover) &&
-                        !worker.isBusy(SolvePurpose::kSeed);
-      if (due && free) worker.post(SolvePurpose::kCheck, stamp, solve);
+      if (due && worker.isIdle()) worker.post(SolvePurpose::kCheck, stamp, solve);
       if (urgent && !solved.has_value()) solved = awaited(SolvePurpose::kCheck, stamp, lock);
     }
     if (!solved.has_value()) return;

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -120,8 +121,7 @@ struct HostGlue::State {
   bool suspect_reported = false;
   bool lines_reported = false;
   std::deque<HostState> healthy;
-  HostState lost;  // the last healthy state before a failure that was not recovered
-  bool is_lost = false;
+  std::optional<HostState> lost;  // the last healthy state before a failure without a recovery
   FlightMonitor monitor;
   CalibrationAdvice advice;
   bool rides = false;             // through a gap in the images
@@ -172,13 +172,13 @@ struct HostGlue::State {
 
   // How far the body may be from where it was [m].
   double heldSigma(double stamp) const {
-    return std::max(stamp - lost.stamp, 0.0) * std::max(lost.V.norm(), kUnknownSpeed);
+    return std::max(stamp - lost->stamp, 0.0) * std::max(lost->V.norm(), kUnknownSpeed);
   }
   // Where the IMU says less of the position.
   void holdPosition(double stamp, HostPropagation* propagated) const {
     const double held = std::hypot(heldSigma(stamp), propagated->start_sigma);
     if (!(propagated->position_sigma > held)) return;
-    propagated->state.P = lost.P;
+    propagated->state.P = lost->P;
     propagated->position_sigma = held;
     propagated->message += roundedText(3, "; the position is held, standard deviation ",
                                        propagated->position_sigma, " m");
@@ -186,14 +186,14 @@ struct HostGlue::State {
   // The state before the failure or reset, in the odometry frame, at a stamp after it. Without IMU
   // data it stays where it was: a new origin would turn the world of whoever uses the odometry.
   HostPropagation continued(double stamp) const {
-    HostPropagation propagated = adapter->propagate(lost, stamp);
+    HostPropagation propagated = adapter->propagate(*lost, stamp);
     if (propagated.ok && propagated.yaw_sigma_deg <= kMostTurned) {
       holdPosition(stamp, &propagated);
       return propagated;
     }
     propagated.ok = false;
-    const double age = std::max(stamp - lost.stamp, 0.0);
-    propagated.state = lost;
+    const double age = std::max(stamp - lost->stamp, 0.0);
+    propagated.state = *lost;
     propagated.state.stamp = stamp;
     propagated.position_sigma = heldSigma(stamp);
     propagated.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
@@ -204,10 +204,9 @@ struct HostGlue::State {
   }
   void lose(const HostState& last) {
     lost = last;
-    is_lost = true;
     adapter->lose(last);
   }
-  bool continues(double stamp) const { return is_lost && file.reinit && stamp >= lost.stamp; }
+  bool continues(double stamp) const { return lost && file.reinit && stamp >= lost->stamp; }
 
   // The odometry goes on from a propagated state.
   void continueFrame(double stamp, const HostPropagation& propagated) {
@@ -491,7 +490,7 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   if (join) propagated = state.continued(stamps.front());
   // With the state from before, if the IMU has propagated it; else in its place.
   const HostResult answer =
-      propagated.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
+      propagated.ok ? state.adapter->recover(stamps, {*state.lost}) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
   if (state.reportAnswer(action, answer)) state.record(action, answer, nullptr);
   if (!answer.success()) {
@@ -634,7 +633,7 @@ void HostGlue::hostCleared() {
   if (!reinit()) return;
   takeRequest();  // of the flight that has ended
   state.rides = false;
-  if (!state.is_lost && !state.healthy.empty()) {
+  if (!state.lost && !state.healthy.empty()) {
     // A tracker's restart finds the host in good health; after a refused request nobody knows.
     state.lose(state.healthyBefore(state.healthy.back().stamp, suspect));
   }
@@ -666,7 +665,7 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
       state.frame_suspect) {
     return;
   }
-  state.is_lost = false;
+  state.lost.reset();
   const HostState& newest = window.back();
   state.adapter->learn(newest);
   if (state.healthy.empty()) {

@@ -57,6 +57,11 @@ bool SolveWorker::isBusy(SolvePurpose purpose) const {
   return isBusyLocked(purpose);
 }
 
+bool SolveWorker::isIdle() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return !running_ && !next_;
+}
+
 void SolveWorker::discard() {
   const std::lock_guard<std::mutex> lock(mutex_);
   next_.reset();

@@ -48,6 +48,8 @@ class SolveWorker {
 
   /// A solve of this purpose runs or is to begin.
   bool isBusy(SolvePurpose purpose) const;
+  /// No solve runs or is to begin.
+  bool isIdle() const;
 
   /// Forgets what has been posted; the result of the solve that runs is dropped.
   void discard();

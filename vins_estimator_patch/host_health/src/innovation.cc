@@ -66,7 +66,6 @@ constexpr double kWeakPosition = 10.0;  // [m]
 constexpr double kOnset = 2.2;
 // Velocities of a healthy host and of two poses differ by no more [m/s].
 constexpr double kSameVelocity = 0.4;
-constexpr double kSameTime = 1e-4;  // [s]
 // For so long the IMU alone may carry a host because all of the image moves [s].
 constexpr double kLongestBlind = 5.0;
 // So long after it the tracks decide: the IMU alone has propagated the poses of the window [s].
@@ -84,13 +83,6 @@ double mahalanobis(const Vector6d& d, const Matrix6d& covariance) {
 }
 
 std::string rounded(double value) { return roundedText(3, value); }
-
-const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t) {
-  for (const FrameObservation& frame : frames) {
-    if (std::abs(frame.t - t) < kSameTime) return &frame;
-  }
-  return nullptr;
-}
 
 // The tracks of the newest frame that have a place.
 struct Scene {
@@ -253,11 +245,10 @@ class PoseSolver {
 
   double widestKernel(const NavState& pose) const {
     const CameraPose camera = cameraOf(pose, calibration_);
-    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     std::vector<double> squares;
     PoseResidual residual;
     for (std::size_t i = 0; i < scene_.deciding; ++i) {
-      if (!poseResidual(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) continue;
+      if (!poseResidual(scene_.tracks[i], camera, scene_.sigma, &residual)) continue;
       squares.push_back(residual.r.dot(residual.information * residual.r));
     }
     return squares.empty() ? 1.0 : std::max(1.0, std::sqrt(middle(std::move(squares)) / kKernel));
@@ -265,12 +256,11 @@ class PoseSolver {
 
   void accumulate(const NavState& pose, double scale, Matrix6d* H, Vector6d* g) const {
     const CameraPose camera = cameraOf(pose, calibration_);
-    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     const double kernel = scale * scale * kKernel;
     PoseResidual residual;
     for (std::size_t i = 0; i < scene_.deciding; ++i) {
       const PoseTrack& track = scene_.tracks[i];
-      if (!poseResidual(track, camera, arm, scene_.sigma, &residual)) continue;
+      if (!poseResidual(track, camera, scene_.sigma, &residual)) continue;
       const Eigen::Vector2d weighted = residual.information * residual.r;
       const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
       useBothDepths(track, &residual);
@@ -284,7 +274,6 @@ class PoseSolver {
     PoseFit fit;
     fit.pose = pose;
     const CameraPose camera = cameraOf(pose, calibration_);
-    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     Matrix6d H = weak();
     Matrix6d of_pose = Matrix6d::Zero();  // the deciding tracks are in the pose themselves
     PoseResidual residual;
@@ -292,7 +281,7 @@ class PoseSolver {
       const bool decides = i < scene_.deciding;
       if (i == scene_.deciding) of_pose = (H + prior_information).inverse();
       double square = kAgrees;
-      if (poseResidual(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) {
+      if (poseResidual(scene_.tracks[i], camera, scene_.sigma, &residual)) {
         if (!decides) widen(of_pose, &residual);
         square = residual.r.dot(residual.information * residual.r);
       }
@@ -539,14 +528,14 @@ bool areFinite(const std::vector<NavState>& states) {
 
 }  // namespace
 
-bool poseResidual(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
-                  double sigma, PoseResidual* residual) {
+bool poseResidual(const PoseTrack& track, const CameraPose& camera, double sigma,
+                  PoseResidual* residual) {
   PlaceResidual place;
   if (!residualOf(track.place, camera, track.bearing, track.basis, &place)) return false;
   residual->r = place.r;
   // The ray turns about the body, which carries the camera.
   const double rho = track.place.inverse_depth;
-  const Eigen::Vector3d from_body = place.ray + rho * arm;
+  const Eigen::Vector3d from_body = place.ray + rho * camera.arm;
   residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
   residual->J.rightCols<3>() = -rho * place.by_expected;
   const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();

@@ -26,9 +26,8 @@ struct PoseResidual {
   double inverse_depth = 0.0;                   ///< with this observation [1/m]
 };
 
-/// False if the place is behind the camera. `arm`: from the body to the camera, in w [m]; `sigma`
-/// of a bearing [rad].
-bool poseResidual(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
-                  double sigma, PoseResidual* residual);
+/// False if the place is behind the camera. `sigma` of a bearing [rad].
+bool poseResidual(const PoseTrack& track, const CameraPose& camera, double sigma,
+                  PoseResidual* residual);
 
 }  // namespace slim_init::host_health

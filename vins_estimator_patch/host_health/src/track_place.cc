@@ -33,7 +33,15 @@ double linearInverseDepth(const std::vector<TrackView>& views, const TrackPlace&
 }  // namespace
 
 CameraPose cameraOf(const NavState& state, const Calibration& calibration) {
-  return {state.R_w_b * calibration.R_b_c, state.p_w_b + state.R_w_b * calibration.t_b_c};
+  const Eigen::Vector3d arm = state.R_w_b * calibration.t_b_c;
+  return {state.R_w_b * calibration.R_b_c, state.p_w_b + arm, arm};
+}
+
+const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t) {
+  for (const FrameObservation& frame : frames) {
+    if (std::abs(frame.t - t) < kSameTime) return &frame;
+  }
+  return nullptr;
 }
 
 Eigen::Matrix<double, 3, 2> tangentOf(const Eigen::Vector3d& direction) {

@@ -14,10 +14,17 @@ namespace slim_init::host_health {
 struct CameraPose {
   Eigen::Matrix3d R_w_c = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p_w_c = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();    ///< from the body to the camera, in w [m]
 };
 
 /// The camera of a body at `state`.
 CameraPose cameraOf(const NavState& state, const Calibration& calibration);
+
+/// Times of frames and states that are the same differ by no more [s].
+constexpr double kSameTime = 1e-4;
+
+/// The frame at `t` [s], or null.
+const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t);
 
 /// Two unit vectors at right angles to the unit vector `direction` and to each other.
 Eigen::Matrix<double, 3, 2> tangentOf(const Eigen::Vector3d& direction);

@@ -52,23 +52,24 @@ double errorOf(const PlaceResidual& residual, const TrackPlace& place,
 }
 
 double reprojection(const std::vector<NavState>& states,
-                    const std::vector<const FrameObservation*>& frames,
-                    const Calibration& calibration) {
+                    const std::vector<FrameObservation>& frames, const Calibration& calibration) {
   std::vector<CameraPose> cameras;
   for (const NavState& state : states) cameras.push_back(cameraOf(state, calibration));
   std::map<FeatureId, std::vector<TrackView>> views;
   const std::size_t judged = states.size() - kJudgedFrames;
   for (std::size_t i = 0; i < judged; ++i) {
-    if (frames[i] == nullptr) continue;
-    for (const PointObservation& point : frames[i]->points) {
+    const FrameObservation* frame = frameAt(frames, states[i].t);
+    if (frame == nullptr) continue;
+    for (const PointObservation& point : frame->points) {
       views[point.id].push_back({&cameras[i], point.bearing.normalized()});
     }
   }
   std::vector<double> errors;
   std::set<FeatureId> tracks;
   for (std::size_t i = judged; i < states.size(); ++i) {
-    if (frames[i] == nullptr) continue;
-    for (const PointObservation& point : frames[i]->points) {
+    const FrameObservation* frame = frameAt(frames, states[i].t);
+    if (frame == nullptr) continue;
+    for (const PointObservation& point : frame->points) {
       const auto track = views.find(point.id);
       TrackPlace place;
       if (track == views.end() || track->second.size() < kLeastViews ||
@@ -141,13 +142,7 @@ HostHealth watchWindow(const std::vector<NavState>& states,
     break;
   }
 
-  std::vector<const FrameObservation*> at(states.size(), nullptr);
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    for (const FrameObservation& frame : frames) {
-      if (std::abs(frame.t - states[i].t) < 1e-4) at[i] = &frame;
-    }
-  }
-  finding.reprojection_px = reprojection(states, at, calibration);
+  finding.reprojection_px = reprojection(states, frames, calibration);
   if (finding.reprojection_px > kMaxReprojectionPx) {
     wrong(roundedText(3, "tracks are ", finding.reprojection_px,
                       " px from their predicted places (median, limit ", kMaxReprojectionPx, ")"));
