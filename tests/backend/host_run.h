@@ -6,14 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "backend/simulated_sequence.h"
 #include "backend/test_host.h"
 #include "slim_init/backend/downstream.h"
-#include "slim_init/initializer.h"
 
 namespace slim_init::backend {
 
@@ -31,12 +28,8 @@ class HostRun {
   std::function<bool(FrameObservation*)> frame_filter;
   std::function<void(TestHost*, double stamp)> before_frame;
 
-  HostRun(const evaluation::Sequence& sequence, std::size_t first_frame,
-          const TestHostOptions& options = {})
-      : sequence_(sequence), next_frame_(first_frame) {
-    std::string error;
-    host_ = TestHost::create(makeInitializer(sequence.calibration, InitializerOptions(), &error),
-                             options, &error);
+  HostRun(const evaluation::Sequence& sequence, std::size_t first_frame, double max_wait_ms = -1.0)
+      : sequence_(sequence), host_(sequence.calibration, max_wait_ms), next_frame_(first_frame) {
     while (next_imu_ + 1 < sequence.imu.size() &&
            sequence.imu[next_imu_ + 1].t <= sequence.frames[first_frame].t) {
       ++next_imu_;
@@ -53,12 +46,12 @@ class HostRun {
         ImuSample sample = sequence_.imu[next_imu_++];
         last_imu_ = sample.t;
         if (imu_filter) imu_filter(&sample);
-        host_->addImu(sample);
+        host_.addImu(sample);
       }
       if (last_imu_ < frame.t) return nullptr;
       if (frame_filter && !frame_filter(&frame)) continue;
-      if (before_frame) before_frame(host_.get(), frame.t);
-      step_ = host_->addFrame(frame);
+      if (before_frame) before_frame(&host_, frame.t);
+      step_ = host_.addFrame(frame);
       return &step_;
     }
     return nullptr;
@@ -66,11 +59,11 @@ class HostRun {
 
   double stamp() const { return sequence_.frames[frame_].t; }
   const NavState& truth() const { return sequence_.truth[frame_]; }
-  TestHost& host() { return *host_; }
+  TestHost& host() { return host_; }
 
   /// |s - 1| of the window; NaN where it moved less than 5 cm rms or there is none.
   double scaleError() const {
-    const std::vector<NavState> states = host_->estimator().states();
+    const std::vector<NavState> states = host_.estimator().states();
     std::vector<NavState> truth;
     for (const NavState& state : states) {
       // Images come at 10 Hz from zero.
@@ -85,7 +78,7 @@ class HostRun {
 
  private:
   const evaluation::Sequence& sequence_;
-  std::unique_ptr<TestHost> host_;
+  TestHost host_;
   std::size_t next_frame_;
   std::size_t frame_ = 0;
   std::size_t next_imu_ = 0;

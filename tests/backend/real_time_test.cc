@@ -40,9 +40,7 @@ struct Flight {
 // waits for solves; in lock step if max_wait_ms is negative.
 Flight fly(double max_wait_ms) {
   const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", kDuration});
-  TestHostOptions options;
-  options.adapter.max_wait_ms = max_wait_ms;
-  HostRun run(sequence, 0, options);
+  HostRun run(sequence, 0, max_wait_ms);
   const std::vector<double> events = {4.0, 8.0, 12.0};
   run.imu_filter = [&](ImuSample* sample) {
     for (const double event : events) {

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
 namespace slim_init::backend {
@@ -16,25 +17,21 @@ using vins_adapter::toHostState;
 // Healthy states kept, as in HostGlue [s].
 constexpr double kHealthyKept = 30.0;
 
+// States of the last moments before a failure was noticed are not trusted [s].
+constexpr double kSuspect = 0.5;
+
+std::unique_ptr<HostAdapter> makeAdapter(const Calibration& calibration, double max_wait_ms) {
+  vins_adapter::HostOptions options;
+  options.reinit = options.watchdog = true;
+  options.max_wait_ms = max_wait_ms;
+  return HostAdapter::create(makeInitializer(calibration, InitializerOptions()), options, nullptr);
+}
+
 }  // namespace
 
-TestHostOptions::TestHostOptions() {
-  adapter.reinit = adapter.watchdog = true;
-  adapter.max_wait_ms = -1.0;  // lock step
-}
-
-TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)
-    : adapter_(std::move(adapter)),
-      options_(options),
-      estimator_(SlidingWindowEstimator::make(adapter_->calibration())) {}
-
-std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
-                                           const TestHostOptions& options, std::string* error) {
-  std::unique_ptr<HostAdapter> adapter =
-      HostAdapter::create(std::move(initializer), options.adapter, error);
-  if (adapter == nullptr) return nullptr;
-  return std::unique_ptr<TestHost>(new TestHost(std::move(adapter), options));
-}
+TestHost::TestHost(const Calibration& calibration, double max_wait_ms)
+    : adapter_(makeAdapter(calibration, max_wait_ms)),
+      estimator_(SlidingWindowEstimator::make(calibration)) {}
 
 void TestHost::addImu(const ImuSample& sample) {
   adapter_->addImu(sample.t, sample.accel, sample.gyro);
@@ -60,7 +57,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
     }
     step.failed = !estimator_->seeded() || (report.ok() && !step.message.empty());
     if (!step.failed) watch(&step);
-    if (step.failed) recover(healthyStates(), &step);
+    if (step.failed) recover(&step);
   }
 
   step.tracking = estimator_->seeded();
@@ -73,12 +70,9 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
 
 void TestHost::seed(HostStep* step) {
   const std::vector<double> stamps = estimator_->stamps();
-  step->continued =
-      is_lost_ && options_.adapter.reinit && adapter_->propagate(lost_, stamps.front()).ok;
-  const HostResult answer =
-      step->continued ? adapter_->recover(stamps, {lost_}) : adapter_->seed(stamps);
-  step->seeded = fillWindow(answer, step);
-  step->continued = step->continued && step->seeded;
+  const bool joins = lost_ && adapter_->propagate(*lost_, stamps.front()).ok;
+  step->seeded =
+      fillWindow(joins ? adapter_->recover(stamps, {*lost_}) : adapter_->seed(stamps), step);
 }
 
 void TestHost::watch(HostStep* step) {
@@ -95,20 +89,19 @@ void TestHost::watch(HostStep* step) {
   step->message = "watchdog: " + health.reason;
 }
 
-void TestHost::recover(const std::vector<HostState>& from, HostStep* step) {
+void TestHost::recover(HostStep* step) {
+  const std::vector<HostState> from = healthyStates();
   HostResult answer = adapter_->recover(estimator_->stamps(), from);
   if (answer.pending) answer = adapter_->bridge(estimator_->stamps(), from);
   step->recovered = fillWindow(answer, step);
   if (step->recovered) return;
   lost_ = from.back();
-  is_lost_ = true;
   healthy_.clear();
-  step->waiting = isWait(answer.result.status);
-  step->reset = !step->waiting;
-  if (step->waiting) {
-    estimator_->unseed();
-  } else {
+  step->reset = !isWait(answer.result.status);
+  if (step->reset) {
     estimator_->reset();
+  } else {
+    estimator_->unseed();
   }
 }
 
@@ -148,8 +141,7 @@ std::vector<HostState> TestHost::healthyStates() const {
   const double newest = estimator_->stamps().back();
   std::vector<HostState> states = {healthy_.front()};
   for (const HostState& candidate : healthy_) {
-    if (candidate.stamp > healthy_.front().stamp &&
-        newest - candidate.stamp >= options_.suspect_s) {
+    if (candidate.stamp > healthy_.front().stamp && newest - candidate.stamp >= kSuspect) {
       states.push_back(candidate);
     }
   }
@@ -158,7 +150,7 @@ std::vector<HostState> TestHost::healthyStates() const {
 
 // The newest state, and of the first window those before it.
 void TestHost::remember() {
-  is_lost_ = false;
+  lost_.reset();
   const std::vector<NavState> states = estimator_->states();
   const std::size_t first = healthy_.empty() ? 0 : states.size() - 1;
   for (std::size_t i = first; i < states.size(); ++i) {
