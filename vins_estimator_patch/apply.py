@@ -134,8 +134,9 @@ def filled(lines, words, what):
     return result
 
 
-def description(path):
-    """Name and raw data of a host; every fault of the JSON file is a Problem."""
+def description(path, seen=()):
+    """Data of a host's JSON file, over those of the host that it is "like": of files, words and
+    insertions single entries are replaced. Faults of the file are Problems."""
     try:
         data = json.loads(read(path), object_pairs_hook=collections.OrderedDict)
     except OSError as problem:
@@ -148,40 +149,33 @@ def description(path):
     if unknown:
         raise Problem("%s: unknown key \"%s\", known are %s"
                       % (path, sorted(unknown)[0], ", ".join(sorted(HOST_KEYS))))
-    return os.path.splitext(os.path.basename(path))[0], data
-
-
-def complete(data, seen, path):
-    """`data` over what it is "like". Of files, words and insertions single entries are replaced."""
-    if "like" not in data:
-        for key in ("title", "files", "words", "insertions"):
-            if key not in data:
-                raise Problem("%s: needs \"%s\", or \"like\" with the name of another host"
-                              % (path, key))
-        return data
-    if data["like"] in seen:
-        raise Problem("%s: \"%s\" is like itself" % (path, data["like"]))
-    parent_path = os.path.join(HERE, "hosts", data["like"] + ".json")
-    _, parent = description(parent_path)
-    parent = complete(parent, seen + [data["like"]], parent_path)
-    merged = collections.OrderedDict(parent)
-    for inherited_no_more in ("recognised_by", "in"):
-        merged.pop(inherited_no_more, None)
+    parent = {}
+    if "like" in data:
+        seen += (name_of(path),)
+        if data["like"] in seen:
+            raise Problem("%s: \"%s\" is like itself" % (path, data["like"]))
+        parent = description(os.path.join(HERE, "hosts", data["like"] + ".json"), seen)
+    merged = {key: value for key, value in parent.items() if key not in ("recognised_by", "in")}
     for key, value in data.items():
-        if key in ("files", "words", "insertions") and isinstance(value, dict):
-            entries = collections.OrderedDict(parent[key])
-            entries.update(value)
-            merged[key] = entries
-        else:
-            merged[key] = value
+        merged[key] = value
+        if key in ("files", "words", "insertions") and key in parent:
+            merged[key] = collections.OrderedDict(parent[key])
+            merged[key].update(value)
+    for key in ("title", "files", "words", "insertions"):
+        if key not in merged:
+            raise Problem("%s: needs \"%s\", or \"like\" with the name of another host"
+                          % (path, key))
     return merged
 
 
+def name_of(path):
+    return os.path.splitext(os.path.basename(path))[0]
+
+
 def load_host(path, repaired=True):
-    name, data = description(path)
     try:
-        return Host(name, complete(data, [name], path), repaired)
-    except (AttributeError, KeyError, TypeError) as problem:
+        return Host(name_of(path), description(path), repaired)
+    except (AttributeError, KeyError, TypeError, ValueError) as problem:
         raise Problem("%s: not a description of a host: %s" % (path, problem))
 
 

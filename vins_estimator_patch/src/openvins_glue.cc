@@ -65,15 +65,14 @@ struct OpenVinsGlue::State {
   double td = 0.0;
   std::atomic<bool> active{false};
 
-  // Data that came while a solve may be running.
+  // The streams go on while a solve runs.
   mutable std::mutex mutex;
-  std::vector<ImuSample> imu;
-  std::vector<FrameObservation> frames;
+  host_health::ImuScreen screen{ImuLimits()};
   double newest_frame = -std::numeric_limits<double>::infinity();
+  TimeSpan received;  // stamps of the frames that were added
 
   // Touched by the solving thread alone.
-  host_health::ImuScreen screen{ImuLimits()};
-  double first_stamp = kNotComputed, last_stamp = kNotComputed;
+  TimeSpan solved;  // what had been received
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
   double own_start = kNotComputed;  // shadow mode: newest image at our first success
@@ -82,43 +81,27 @@ struct OpenVinsGlue::State {
     if (listener) listener(text);
   }
 
-  void takeData() {
-    std::vector<ImuSample> samples;
-    std::vector<FrameObservation> images;
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      samples.swap(imu);
-      images.swap(frames);
-    }
-    for (const ImuSample& sample : samples) {
-      screen.pass(sample, [this](const ImuSample& one) { return initializer->addImu(one); });
-    }
-    for (FrameObservation& frame : images) {
-      const double stamp = frame.t;
-      if (!isAdded(initializer->addFrame(std::move(frame)))) continue;
-      if (std::isnan(first_stamp)) first_stamp = stamp;
-      last_stamp = stamp;
-    }
-  }
-
   // Reported unless it repeats the refusal before.
   void reportAnswer(const InitResult& answer, bool taken, const std::string& problem, double ms) {
     if (!taken && answer.status == reported_status &&
-        std::abs(last_stamp - reported_stamp) < kRepeatReport) {
+        std::abs(solved.last - reported_stamp) < kRepeatReport) {
       return;
     }
     reported_status = answer.status;
-    reported_stamp = last_stamp;
+    reported_stamp = solved.last;
     report(std::string(taken ? "seed done" : toString(answer.status)) + ": " +
            (problem.empty() ? withRemedy(answer.message, answer.status) : problem) + " (" +
-           inShort(std::isnan(first_stamp) ? 0.0 : last_stamp - first_stamp, 2) + " s of data, " +
-           inShort(ms, 1) + " ms)");
+           inShort(std::isnan(solved.first) ? 0.0 : solved.last - solved.first, 2) +
+           " s of data, " + inShort(ms, 1) + " ms)");
     if (!taken) return;
     for (const std::string& warning : answer.warnings) report(warning);
   }
 
   InitResult ask(MsckfState* state) {
-    takeData();
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      solved = received;
+    }
     const auto start = std::chrono::steady_clock::now();
     InitResult answer = initializer->initialize();
     const double ms =
@@ -172,8 +155,10 @@ void OpenVinsGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::V
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->imu.push_back(sample);
+  State& state = *state_;
+  const std::lock_guard<std::mutex> lock(state.mutex);
+  state.screen.pass(sample,
+                    [&state](const ImuSample& one) { return state.initializer->addImu(one); });
 }
 
 double OpenVinsGlue::newestFrame() const {
@@ -182,9 +167,12 @@ double OpenVinsGlue::newestFrame() const {
 }
 
 void OpenVinsGlue::addPoints(double stamp, const std::vector<double>& points) {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->frames.push_back(toFrame(stamp, points));
-  state_->newest_frame = std::max(state_->newest_frame, stamp);
+  State& state = *state_;
+  const std::lock_guard<std::mutex> lock(state.mutex);
+  state.newest_frame = std::max(state.newest_frame, stamp);
+  if (!isAdded(state.initializer->addFrame(toFrame(stamp, points)))) return;
+  if (std::isnan(state.received.first)) state.received.first = stamp;
+  state.received.last = stamp;
 }
 
 MsckfState OpenVinsGlue::solve() {
@@ -197,13 +185,13 @@ void OpenVinsGlue::compare(bool success, double timestamp, const std::vector<dou
   State& state = *state_;
   MsckfState own;
   const InitResult answer = state.ask(&own);
-  if (!own.empty() && std::isnan(state.own_start)) state.own_start = state.last_stamp;
+  if (!own.empty() && std::isnan(state.own_start)) state.own_start = state.solved.last;
   if (!success || stock.size() != 16) return;
   std::string text =
-      "shadow: OpenVINS starts after " + inShort(state.last_stamp - state.first_stamp, 2) + " s";
+      "shadow: OpenVINS starts after " + inShort(state.solved.last - state.solved.first, 2) + " s";
   text += std::isnan(state.own_start)
               ? ", slim has not started yet"
-              : ", slim after " + inShort(state.own_start - state.first_stamp, 2) + " s";
+              : ", slim after " + inShort(state.own_start - state.solved.first, 2) + " s";
   std::vector<NavState> at;
   if (!own.empty() &&
       state.initializer->statesAt(answer, {timestamp + state.td}, kCompareReach, &at, nullptr)) {
