@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -33,6 +34,7 @@ constexpr double kMaxVelocity = 0.5;  // [m/s]
 constexpr double kMaxRotationDeg = 3.0;
 constexpr double kMaxGyroBias = 0.5;   // [rad/s]
 constexpr double kMaxAccelBias = 2.0;  // [m/s^2]
+constexpr double kLongestStep = 0.5;   // between two states that a bias is followed over [s]
 // Of the initializer's answer: velocity [m/s] and share of it, tilt.
 constexpr double kAnswerVelocity = 0.5;
 constexpr double kAnswerShare = 0.3;
@@ -151,10 +153,10 @@ HostHealth watchWindow(const std::vector<NavState>& states,
 }
 
 std::string SteadyBiases::judge(const NavState& state) {
-  if (!known_) {
+  if (std::isnan(newest_)) {
     accel_bias_ = state.accel_bias;
     gyro_bias_ = state.gyro_bias;
-    known_ = true;
+    newest_ = state.t;
   }
   const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
   if (accel.norm() > kAccelStep) {
@@ -165,8 +167,11 @@ std::string SteadyBiases::judge(const NavState& state) {
     return roundedText(3, "gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep,
                        ")");
   }
-  accel_bias_ += kShare * accel;
-  gyro_bias_ += kShare * gyro;
+  // At any rate of the host; after an interruption no more than so much.
+  const double share = std::clamp(state.t - newest_, 0.0, kLongestStep) / kMemory;
+  accel_bias_ += share * accel;
+  gyro_bias_ += share * gyro;
+  newest_ = state.t;
   return "";
 }
 

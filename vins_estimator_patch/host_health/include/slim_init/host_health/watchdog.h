@@ -33,13 +33,13 @@ class SteadyBiases {
  public:
   static constexpr double kAccelStep = 0.5;  ///< [m/s^2], from the mean of before
   static constexpr double kGyroStep = 0.1;   ///< [rad/s]
-  static constexpr double kShare = 0.02;     ///< of a frame in that mean: five seconds at 10 Hz
+  static constexpr double kMemory = 5.0;     ///< [s], of that mean
 
   /// A reason, or "" where `state`, which is finite, goes on as before; it then counts.
   std::string judge(const NavState& state);
 
  private:
-  bool known_ = false;
+  double newest_ = kNotComputed;  // time of the last state that counts [s]
   Eigen::Vector3d accel_bias_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
 };
