@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <map>
 #include <thread>
 
 #include "geometry/so3.h"
@@ -269,9 +271,7 @@ TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
 
 // Samples that are missing for seconds have one error, not one for each step.
 TEST_F(HostAdapterTest, ALostStateHasTheWholeErrorOfAGap) {
-  ExactWindowOptions options = tenHertz();
-  options.keyframes = 130;
-  ExactWindow exact = makeExactWindow(options);
+  ExactWindow exact = makeExactWindow(atTenHertz(130));
   const double begin = exact.truth[4].t;
   std::vector<ImuSample>& imu = exact.imu;
   imu.erase(std::remove_if(imu.begin(), imu.end(),
