@@ -171,7 +171,6 @@ class FeatureTracker {
  private:
   void prepare(const cv::Mat& grey);
   void brighten(const cv::Mat& grey);
-  void build(const cv::Mat& grey, int gain, ImagePyramid* out);
   void writeObservations(FrameObservation* frame) const;
 
   int halvings_;  // of the camera's image until the one that is tracked
@@ -180,9 +179,7 @@ class FeatureTracker {
   LineTracker lines_;
   ImagePyramid before_, now_;
   cv::Mat equalized_;
-  // Default profile: the image before as it came, and the factor on the grey levels of both.
-  cv::Mat raw_;
-  int gain_ = 1;
+  int gain_ = 1;  // default profile: factor on the grey levels
 };
 
 FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
@@ -207,7 +204,7 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& g
 
   // Lines move as the points do that were followed, beyond the rotation that these were found with.
   RotationPrior prior = given;
-  points_.follow(t, before_, now_, &prior, report);
+  points_.follow(t, &before_, now_, &prior, report);
   points_.refill(now_, report);
   if (options_.lines.enabled) {
     std::vector<LineSegment> segments = lines_.detect(now_, given);
@@ -220,17 +217,14 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& g
 // Both images of a step have the same factor: KLT compares grey levels.
 void FeatureTracker::brighten(const cv::Mat& grey) {
   const int gain = options_.host.equalize ? gainFor(grey, gain_) : 1;
-  if (gain != gain_ && !before_.empty()) build(raw_, gain, &before_);
+  if (gain != gain_ && !before_.empty()) {
+    scaleBrightness(static_cast<double>(gain) / gain_, &before_);
+  }
   gain_ = gain;
-  if (options_.host.equalize) grey.copyTo(raw_);
-  build(grey, gain, &now_);
-}
-
-void FeatureTracker::build(const cv::Mat& grey, int gain, ImagePyramid* out) {
   if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
   buildImagePyramid(gain > 1 ? equalized_ : grey,
                     std::max(options_.points.window_px, LineTracker::kWindowPx),
-                    std::max(options_.points.levels, 1), halvings_, out);
+                    std::max(options_.points.levels, 1), halvings_, &now_);
 }
 
 // Builds the pyramid, of the equalized image where VINS-Mono equalizes.

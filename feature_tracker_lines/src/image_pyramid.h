@@ -15,6 +15,7 @@ struct ImagePyramid {
   std::vector<cv::Mat> pyramid;
   int max_level = 0;   ///< last level that exists; small images have few
   int halvings = 0;    ///< of the sensor's image until level 0
+  int window_px = 0;   ///< widest KLT window that the padding is made for
   double noise = 0.0;  ///< of level 0, see levelNoise() [grey levels]
 
   bool empty() const { return pyramid.empty(); }
@@ -31,6 +32,9 @@ struct ImagePyramid {
 void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvings,
                        ImagePyramid* out);
 
+/// Multiplies the grey levels of an image by `factor`. Copies of it keep theirs.
+void scaleBrightness(double factor, ImagePyramid* image);
+
 /// Halvings after which an image has at most twice the pixels of 752 x 480. Bounds in pixels are
 /// those of such an image, and so is the time.
 int halvingsFor(cv::Size image_size);
@@ -42,7 +46,8 @@ double levelNoise(double noise, int halvings);
 
 /// Standard deviation of the pixel noise [grey levels], at least kLeastNoise: the tenth percentile
 /// over image blocks of the response to a filter that no linear or bilinear brightness passes
-/// (Immerkaer 1996). Saturated blocks show no noise and are left out.
+/// (Immerkaer 1996). Blocks that are clipped at black or white show less of it and are left out,
+/// unless all are.
 double measureNoise(const cv::Mat& grey);
 
 /// Rounding to whole grey levels alone is 0.29.

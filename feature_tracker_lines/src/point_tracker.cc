@@ -69,6 +69,8 @@ constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
 constexpr double kDoubtAbove = 0.5;
 constexpr double kBetterBelow = 0.9;
+// Change of the brightness that KLT bears: beyond 5 %, points of low contrast are lost.
+constexpr double kSameBrightness = 0.025;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
 // it is refined, and the difference from which on a patch is another one. In the hand even motion
 // is off by up to 30 px between images. 60 patches found nothing better, steps of 8 px the next
@@ -359,10 +361,10 @@ Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::
   return rows.atMiddleRow(bearing, pixel.y, camera_.parameters().height);
 }
 
-void PointTracker::follow(double t, const ImagePyramid& before, const ImagePyramid& now,
+void PointTracker::follow(double t, ImagePyramid* before, const ImagePyramid& now,
                           RotationPrior* prior, ImageReport* report) {
   if (options_.profile == TrackerProfile::kVins) {
-    followVins(t, before, now, report);
+    followVins(t, *before, now, report);
   } else {
     followDefault(before, now, prior, report);
   }
@@ -399,14 +401,17 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
+void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
-  if (!tracks_.empty() && !before.empty()) {
+  if (!tracks_.empty() && !before->empty()) {
     const Levels levels_now = levelsOf(now);
-    std::vector<Target> targets = chooseRotation(before, now, prior, report);
+    std::vector<Target> targets = expect(last_prior_, *prior);
+    last_prior_ = *prior;
+    matchBrightness(targets, now, before);
+    if (prior->measured) chooseRotation(*before, now, prior, &targets, report);
     deformAnchors(*prior);
-    moved = search(levelsOf(before), levels_now, *prior, std::move(targets));
+    moved = search(levelsOf(*before), levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
@@ -511,16 +516,33 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
   }
 }
 
+// Gives the image before the brightness of this one: KLT compares grey levels, and automatic
+// exposure changes them. Measured where some of the points are predicted, which is the same part of
+// the scene, unless they disagree.
+void PointTracker::matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
+                                   ImagePyramid* before) const {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < targets.size(); i += targets.size() / kTurnPatches + 1) {
+    const double was = cv::mean(patchAt(*before, tracks_[i].pixel))[0];
+    if (was > 0.0 && isInside(targets[i].predicted, 0.0)) {
+      ratios.push_back(cv::mean(patchAt(now, targets[i].predicted))[0] / was);
+    }
+  }
+  if (ratios.empty()) return;
+  std::sort(ratios.begin(), ratios.end());
+  const std::size_t quarter = ratios.size() / 4;
+  const double median = ratios[ratios.size() / 2];
+  const double spread = ratios[ratios.size() - 1 - quarter] - ratios[quarter];
+  if (std::abs(median - 1.0) > std::max(kSameBrightness, spread)) scaleBrightness(median, before);
+}
+
 // Where the patches of most points are not where the gyroscope predicts them, and fit better where
 // their flow and a common turn do, it is the gyroscope that is wrong: nothing is known of the
 // rotation then. Done before the search, which among bricks finds the next brick.
-std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyramid& before,
-                                                               const ImagePyramid& now,
-                                                               RotationPrior* prior,
-                                                               ImageReport* report) {
-  std::vector<Target> expected = expect(last_prior_, *prior);
-  last_prior_ = *prior;
-  if (!prior->measured) return expected;
+void PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
+                                  RotationPrior* prior, std::vector<Target>* targets,
+                                  ImageReport* report) const {
+  const std::vector<Target>& expected = *targets;
   std::vector<cv::Mat> patches;
   for (const PointTrack& track : tracks_) patches.push_back(patchAt(before, track.pixel));
   const auto difference = [&](std::size_t i, const cv::Point2f& there) {
@@ -533,7 +555,7 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
     const double contrast = differenceOf(patches[i], flat);
     unlike += difference(i, expected[i].predicted) > kDoubtAbove * contrast ? 1 : 0;
   }
-  if (2 * unlike <= tracks_.size()) return expected;
+  if (2 * unlike <= tracks_.size()) return;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
   std::vector<Target> same_flow = expect(unknown, unknown);
   turnTogether(before, now, &same_flow);
@@ -544,10 +566,10 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
     const double bound = kBetterBelow * difference(i, expected[i].predicted);
     better += difference(i, same_flow[i].predicted) < bound ? 1 : 0;
   }
-  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return expected;
+  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return;
   report->rotation_overruled = true;
   *prior = unknown;
-  return same_flow;
+  *targets = std::move(same_flow);
 }
 
 // Looks for the points of one level; `before` and `now` begin with it.

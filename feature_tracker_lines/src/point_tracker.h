@@ -63,10 +63,10 @@ class PointTracker {
   PointTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
   /// Tracks from `before` (empty for the first image) to `now` and rejects outliers and points too
-  /// close to others. `prior` becomes the rotation that the points were found with. `t` [s] is
-  /// needed for HostFrontEnd::freq only. Writes the point part of `report`, except for the new
-  /// points.
-  void follow(double t, const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+  /// close to others. `before` gets the brightness of `now` (default profile), `prior` becomes the
+  /// rotation that the points were found with. `t` [s] is needed for HostFrontEnd::freq only.
+  /// Writes the point part of `report`, except for the new points.
+  void follow(double t, ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
               ImageReport* report);
 
   /// Fills up with new corners of the image that was followed to, and counts them in `report`.
@@ -88,11 +88,13 @@ class PointTracker {
 
   // Default profile.
   static Levels levelsOf(const ImagePyramid& pyramid);
-  void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+  void followDefault(ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
   std::vector<Target> expect(const RotationPrior& last, const RotationPrior& prior) const;
-  std::vector<Target> chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
-                                     RotationPrior* prior, ImageReport* report);
+  void matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
+                       ImagePyramid* before) const;
+  void chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+                      std::vector<Target>* targets, ImageReport* report) const;
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                     std::vector<Target>* targets) const;
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,

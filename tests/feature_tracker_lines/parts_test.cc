@@ -160,6 +160,17 @@ TEST(Corners, NoneFromNoiseOnAnyLevel) {
   }
 }
 
+// Under a lens cap, at night, or overexposed.
+TEST(Corners, NoneFromNoiseThatIsClipped) {
+  for (const double brightness : {0.0, 1.0, 254.0, 255.0}) {
+    for (const double sigma : {1.0, 4.0}) {
+      const cv::Mat image = flatImage(brightness, sigma, 7);
+      EXPECT_GT(measureNoise(image), 0.4 * sigma) << brightness;
+      EXPECT_TRUE(cornersOf(image, 2.0).empty()) << brightness << " " << sigma;
+    }
+  }
+}
+
 TEST(Corners, OfABoardAndNotOfItsEdges) {
   cv::Mat image(480, 752, CV_8UC1, cv::Scalar(60));
   // Four corners, 200 px of edge between them, tilted so that the edges are stair steps.
@@ -623,7 +634,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
     prior.dt_ratio = prior.dt_s / 0.05;
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0, &now);
     ImageReport report;
-    tracker.follow(0.0, before, now, &prior, &report);
+    tracker.follow(0.0, &before, now, &prior, &report);
     tracker.refill(now, &report);
     int count = 0, old = 0;
     for (const PointTrack& track : tracker.tracks()) {
@@ -657,11 +668,11 @@ std::vector<int> levelsOfCorners(cv::Mat image, double noise) {
   FrontEndOptions options;
   options.points.max_points = 400;
   PointTracker tracker(camera, options);
-  ImagePyramid pyramid;
+  ImagePyramid none, pyramid;
   buildImagePyramid(image, options.points.window_px, options.points.levels, 0, &pyramid);
   ImageReport report;
   RotationPrior prior;
-  tracker.follow(0.0, ImagePyramid(), pyramid, &prior, &report);
+  tracker.follow(0.0, &none, pyramid, &prior, &report);
   tracker.refill(pyramid, &report);
   std::vector<int> levels;
   for (const PointTrack& track : tracker.tracks()) levels.push_back(track.level);
