@@ -49,11 +49,11 @@ WindowOptions biasWindow(const WindowOptions& gaps) {
   return options;
 }
 
-/// Angular rate at time t, linear between the samples and constant beyond them [rad/s].
+/// Angular rate at a time from the first sample on, linear between the samples and constant beyond
+/// the last one [rad/s].
 Eigen::Vector3d gyroAt(const std::vector<ImuSample>& samples, double t) {
   const auto after = std::upper_bound(samples.begin(), samples.end(), t,
                                       [](double time, const ImuSample& s) { return time < s.t; });
-  if (after == samples.begin()) return samples.front().gyro;
   if (after == samples.end()) return samples.back().gyro;
   const ImuSample& before = *std::prev(after);
   const double share = (t - before.t) / (after->t - before.t);
@@ -248,7 +248,7 @@ void FeatureTracker::writeObservations(FrameObservation* frame) const {
     PointObservation point;
     point.id = track.id;
     point.bearing = track.bearing;
-    point.pixel = scale * Eigen::Vector2d(track.pixel.x, track.pixel.y);
+    point.pixel = scale * toEigen(track.pixel);
     frame->points.push_back(point);
   }
   frame->lines.clear();

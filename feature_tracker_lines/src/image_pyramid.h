@@ -3,6 +3,7 @@
 // What the point and the line tracker share of an image: its pyramid, built once, and its noise.
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -26,6 +27,25 @@ struct ImagePyramid {
   /// Level 0 is the image itself (CV_8UC1); a pixel (x, y) of level l lies at (x, y) 2^l of it.
   const cv::Mat& level(int l) const { return pyramid[2 * l]; }
 };
+
+/// Bilinear brightness of a CV_8UC1 image; the caller keeps the position inside.
+inline float brightnessAt(const cv::Mat& grey, float x, float y) {
+  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
+  const float ax = x - static_cast<float>(xi), ay = y - static_cast<float>(yi);
+  const uchar* top = grey.ptr<uchar>(yi) + xi;
+  const uchar* bottom = grey.ptr<uchar>(yi + 1) + xi;
+  const float upper = static_cast<float>(top[0]) + ax * static_cast<float>(top[1] - top[0]);
+  const float lower =
+      static_cast<float>(bottom[0]) + ax * static_cast<float>(bottom[1] - bottom[0]);
+  return upper + ay * (lower - upper);
+}
+
+/// Whether a mask (empty: none) leaves out a pixel, which may lie half a pixel beyond the
+/// outermost.
+inline bool isMasked(const cv::Mat& mask, const cv::Point2f& pixel) {
+  return !mask.empty() && mask.at<uchar>(std::clamp(cvRound(pixel.y), 0, mask.rows - 1),
+                                         std::clamp(cvRound(pixel.x), 0, mask.cols - 1)) == 0;
+}
 
 /// Builds the pyramid of a CV_8UC1 image for KLT windows of up to `window_px`; copies the image.
 /// Level 0 is the image after `halvings` halvings.

@@ -122,11 +122,6 @@ cv::Mat usableArea(const Camera& camera, const FrontEndOptions& options) {
   return usable;
 }
 
-Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
-cv::Point2f toPoint(const Eigen::Vector2d& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
-
 // Removes the tracks whose flag is zero; returns how many.
 int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>* tracks) {
   std::vector<PointTrack> kept;
@@ -280,10 +275,6 @@ void PointTracker::reset() {
   published_ = 0;
 }
 
-bool PointTracker::isMasked(const cv::Point2f& pixel) const {
-  return !options_.mask.empty() && options_.mask.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) == 0;
-}
-
 bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
   const int row = cvRound(pixel.y), column = cvRound(pixel.x);
   return pixel.x >= border && pixel.x < usable_.cols - border && pixel.y >= border &&
@@ -314,19 +305,14 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
 }
 
 cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
-  std::array<std::pair<float, const Flow*>, kNeighbours> nearest;
-  int count = 0;
+  std::vector<std::pair<float, const Flow*>> nearest;  // by squared distance
   for (const Flow& flow : flows) {
     const cv::Point2f d = flow.pixel - pixel;
-    const float square = d.dot(d);
-    if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
-    int at = count < kNeighbours ? count++ : kNeighbours - 1;
-    for (; at > 0 && nearest[at - 1].first > square; --at) {
-      nearest[at] = nearest[at - 1];
-    }
-    nearest[at] = {square, &flow};
+    nearest.emplace_back(d.dot(d), &flow);
   }
+  const int count = std::min(kNeighbours, static_cast<int>(nearest.size()));
   if (count == 0) return {0.0F, 0.0F};
+  std::partial_sort(nearest.begin(), nearest.begin() + count, nearest.end());
   std::array<float, kNeighbours> x{}, y{};
   for (int i = 0; i < count; ++i) {
     x[i] = nearest[i].second->residual.x;
@@ -825,7 +811,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   }
   for (const cv::Point2f& corner : found) {
     const cv::Point2f place = pixelOf(level) * corner;
-    if (isMasked(place)) continue;  // moved there by cornerSubPix()
+    if (isMasked(options_.mask, place)) continue;  // moved there by cornerSubPix()
     auto anchor = std::make_shared<PatchAnchor>();
     if (!anchor->set(now.level(0), toEigen(corner), now.noise)) continue;
     if (!addTrack(place)) continue;
@@ -871,7 +857,7 @@ std::vector<PointTrack> PointTracker::searchVins(const ImagePyramid& before,
     const bool inside = rounded.x >= vins::kBorderPx && rounded.y >= vins::kBorderPx &&
                         rounded.x < usable_.cols - vins::kBorderPx &&
                         rounded.y < usable_.rows - vins::kBorderPx;
-    if (ok[i] == 0 || !inside || isMasked(to[i])) continue;
+    if (ok[i] == 0 || !inside || isMasked(options_.mask, to[i])) continue;
     PointTrack track = tracks_[i];
     if (!advance(to[i], &track)) continue;
     moved.push_back(track);

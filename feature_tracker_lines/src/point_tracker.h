@@ -21,6 +21,11 @@
 
 namespace slim_init::feature_tracker_lines {
 
+inline Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
+inline cv::Point2f toPoint(const Eigen::Vector2d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
 /// A tracked point.
 struct PointTrack {
   FeatureId id = -1;
@@ -127,8 +132,6 @@ class PointTracker {
   /// than `mask_distance` to those kept.
   void thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
-  /// Whether FrontEndOptions::mask leaves out a pixel inside the image.
-  bool isMasked(const cv::Point2f& pixel) const;
   bool addTrack(const cv::Point2f& pixel);
   /// Moves a track to the pixel `to` of this image. False where the camera model has no ray for it.
   bool advance(const cv::Point2f& to, PointTrack* track) const;
