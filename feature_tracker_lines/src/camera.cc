@@ -46,7 +46,7 @@ double radialTangentialLimit(double k1, double k2) {
   if (discriminant < 0.0) return kInfinity;
   const double s = -0.5 * (3.0 * k1 + std::copysign(std::sqrt(discriminant), k1));
   const double inverse = std::max({s, s == 0.0 ? 0.0 : 5.0 * k2 / s, 0.0});
-  return std::sqrt(1.0 / inverse);
+  return inverse > 0.0 ? std::sqrt(1.0 / inverse) : kInfinity;
 }
 
 // Newton on distort(p) = target from `start`. False where it does not converge to a point inside
