@@ -324,8 +324,8 @@ cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
 cv::Point2f PointTracker::turned(const RotationPrior& prior, const Eigen::Vector3d& bearing,
                                  const cv::Point2f& pixel) const {
   Eigen::Vector2d there;
-  const RowCamera lens(camera_, prior.rows_now);
-  const Eigen::Vector3d now = prior.R_now_before * atMiddleRow(prior.rows_before, bearing, pixel);
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
+  const Eigen::Vector3d now = prior.R_now_before * lens_before.atMiddleRow(bearing, pixel.y);
   return lens.project(now, &there) ? toPoint(there) : pixel;
 }
 
@@ -340,11 +340,6 @@ PointMotion PointTracker::motion(const RotationPrior& prior) const {
   }
   motion.steady = balance > 0 && !source_changed_;
   return motion;
-}
-
-Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
-                                          const cv::Point2f& pixel) const {
-  return rows.atMiddleRow(bearing, pixel.y, camera_.parameters().height);
 }
 
 void PointTracker::follow(double t, ImagePyramid* before, const ImagePyramid& now,
@@ -419,7 +414,7 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
     if (track.anchor == nullptr) continue;
     Eigen::Vector2d middle, right, down;
     const Eigen::Vector2d here = toEigen(track.pixel);
-    const Eigen::Vector3d f = atMiddleRow(prior.rows_before, track.bearing, track.pixel);
+    const Eigen::Vector3d f = lens_before.atMiddleRow(track.bearing, track.pixel.y);
     if (lens.project(R * f, &middle) &&
         lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitX()), &right) &&
         lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitY()), &down)) {
@@ -679,12 +674,12 @@ void PointTracker::anchorTracks(const Levels& now, std::vector<PointTrack>* move
 std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrack>& moved,
                                                      const RotationPrior& prior,
                                                      ImageReport* report) const {
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
   std::vector<Eigen::Vector3d> rotated, before, now;
-  for (std::size_t k = 0; k < moved.size(); ++k) {
-    before.push_back(
-        atMiddleRow(prior.rows_before, moved[k].bearing_before, moved[k].pixel_before));
+  for (const PointTrack& track : moved) {
+    before.push_back(lens_before.atMiddleRow(track.bearing_before, track.pixel_before.y));
     rotated.push_back(prior.R_now_before * before.back());
-    now.push_back(atMiddleRow(prior.rows_now, moved[k].bearing, moved[k].pixel));
+    now.push_back(lens.atMiddleRow(track.bearing, track.pixel.y));
   }
   const double threshold = options_.points.epipolar_px;
   const auto count = [](const std::vector<unsigned char>& flags) {
@@ -716,15 +711,16 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
   R_now_mark_ = prior.R_now_before * R_now_mark_;
   since_mark_s_ += prior.dt_s;
   if (since_mark_s_ + 0.5 * prior.dt_s < kMarkS) return 0;
-  const int removed = keepFlagged(threeViewFlags(*moved, prior.rows_now), moved);
-  setMark(prior.rows_now, moved);
+  const RowCamera lens(camera_, prior.rows_now);
+  const int removed = keepFlagged(threeViewFlags(*moved, lens), moved);
+  setMark(lens, moved);
   return removed;
 }
 
 // One flag per track, 0 for one that disagrees. All are 1 where many disagree: then it is the
 // rotation that is wrong, or the scene that moves.
 std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointTrack>& moved,
-                                                        const RowExposure& rows) const {
+                                                        const RowCamera& lens) const {
   std::vector<std::size_t> chosen;
   std::vector<Eigen::Vector3d> older, newer, now;
   const Eigen::Matrix3d R_now_older = R_now_mark_ * R_mark_older_;
@@ -734,7 +730,7 @@ std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointT
     chosen.push_back(k);
     older.push_back(R_now_older * track.mark_rays[0]);
     newer.push_back(R_now_mark_ * track.mark_rays[1]);
-    now.push_back(atMiddleRow(rows, track.bearing, track.pixel));
+    now.push_back(lens.atMiddleRow(track.bearing, track.pixel.y));
   }
   const std::vector<unsigned char> inliers =
       threeViewInliers(older, newer, now, focal_px_, options_.points.epipolar_px, kThreeViewPx);
@@ -746,10 +742,10 @@ std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointT
 }
 
 // Makes this image the newer mark, at which every track remembers its ray.
-void PointTracker::setMark(const RowExposure& rows, std::vector<PointTrack>* tracks) {
+void PointTracker::setMark(const RowCamera& lens, std::vector<PointTrack>* tracks) {
   for (PointTrack& track : *tracks) {
     track.mark_rays[0] = track.mark_rays[1];
-    track.mark_rays[1] = atMiddleRow(rows, track.bearing, track.pixel);
+    track.mark_rays[1] = lens.atMiddleRow(track.bearing, track.pixel.y);
     track.marks = std::min(track.marks + 1, 2);
   }
   R_mark_older_ = R_now_mark_;

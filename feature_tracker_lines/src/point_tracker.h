@@ -113,10 +113,8 @@ class PointTracker {
                                          const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
   std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved,
-                                            const RowExposure& rows) const;
-  void setMark(const RowExposure& rows, std::vector<PointTrack>* tracks);
-  Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
-                              const cv::Point2f& pixel) const;
+                                            const RowCamera& lens) const;
+  void setMark(const RowCamera& lens, std::vector<PointTrack>* tracks);
   void refillDefault(const ImagePyramid& now);
   void addCorners(const ImagePyramid& now, int level, int wanted);
 

@@ -57,7 +57,8 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat 
 }
 
 // A far point, seen in the row that is exposed when the camera has turned towards it.
-TEST(RowExposure, TurnsARayToTheMiddleRow) {
+TEST(RowCameraTest, TurnsARayToTheMiddleRow) {
+  const Camera lens(eurocCamera());
   RowExposure rows;
   rows.readout_s = 0.03;
   rows.rate_c = Eigen::Vector3d(0.8, -1.5, 0.4);
@@ -65,17 +66,16 @@ TEST(RowExposure, TurnsARayToTheMiddleRow) {
   for (const double v : {0.0, 100.0, 240.0, 479.0}) {
     const double dt = (v / 480.0 - 0.5) * 0.03;
     const Eigen::Vector3d seen = expSO3(rows.rate_c * dt).transpose() * far;
-    EXPECT_LT((rows.atMiddleRow(seen, v, 480) - far).norm(), 1e-14);
-    EXPECT_LT((rows.atRow(far, v, 480) - seen).norm(), 1e-14);
+    EXPECT_LT((RowCamera(lens, rows).atMiddleRow(seen, v) - far).norm(), 1e-14);
+    EXPECT_LT((RowCamera(lens, rows).atOwnRow(far, v) - seen).norm(), 1e-14);
   }
   rows.readout_s = 0.0;
-  EXPECT_EQ(rows.atMiddleRow(far, 0.0, 480), far);
-  EXPECT_EQ(rows.atRow(far, 0.0, 480), far);
+  EXPECT_EQ(RowCamera(lens, rows).atMiddleRow(far, 0.0), far);
+  EXPECT_EQ(RowCamera(lens, rows).atOwnRow(far, 0.0), far);
 }
 
 TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
   const Camera lens(smallCamera());
-  const int height = lens.parameters().height;
   RowExposure rows;
   rows.readout_s = 0.03;
   rows.rate_c = Eigen::Vector3d(1.5, -1.0, 2.0);
@@ -83,11 +83,11 @@ TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
   for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(60.0, 20.0), Eigen::Vector2d(180.0, 119.0),
                                        Eigen::Vector2d(300.0, 215.0)}) {
     const Eigen::Vector3d middle = camera.bearing(pixel);
-    EXPECT_EQ(middle, rows.atMiddleRow(lens.bearing(pixel), pixel.y(), height));
+    EXPECT_EQ(middle, camera.atMiddleRow(lens.bearing(pixel), pixel.y()));
     Eigen::Vector2d back;
     ASSERT_TRUE(camera.project(middle, &back));
     EXPECT_LT((back - pixel).norm(), 0.01);
-    EXPECT_LT((camera.atOwnRow(middle, pixel) - lens.bearing(pixel)).norm(), 1e-12);
+    EXPECT_LT((camera.atOwnRow(middle, pixel.y()) - lens.bearing(pixel)).norm(), 1e-12);
     // All rows at once: the lens itself.
     Eigen::Vector2d plain, expected;
     ASSERT_TRUE(RowCamera(lens).project(middle, &plain) && lens.project(middle, &expected));
@@ -490,8 +490,8 @@ TEST(EdgeFitTest, StraightInSpaceThoughBentByTheReadout) {
   EXPECT_LT(edge.rms_px, 0.1);
   // Taken for a global shutter, the same edge is elsewhere and no straight line.
   const bool found =
-      fitEdge(image, RowCamera(lens), rows.atRow(arc.start, edge.start_pixel.y(), 240),
-              rows.atRow(arc.end, edge.end_pixel.y(), 240), 6.0, 0.5, 0.6, 1.5, &bent);
+      fitEdge(image, RowCamera(lens), camera.atOwnRow(arc.start, edge.start_pixel.y()),
+              camera.atOwnRow(arc.end, edge.end_pixel.y()), 6.0, 0.5, 0.6, 1.5, &bent);
   EXPECT_TRUE(!found || bent.rms_px > 2.0 * edge.rms_px);
 }
 
