@@ -4,9 +4,6 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "data/range_check.h"
 #include "slim_init/text.h"
@@ -43,21 +40,13 @@ Eigen::Vector2d distort(const std::array<double, 4>& d, const Eigen::Vector2d& p
 
 // Radius at which r (1 + k1 r^2 + k2 r^4) stops increasing; infinity where it never does.
 double radialTangentialLimit(double k1, double k2) {
-  // 1 + 3 k1 q + 5 k2 q^2 = 0 for the smallest positive q = r^2.
-  double q = kInfinity;
-  if (k2 == 0.0) {
-    if (k1 < 0.0) q = -1.0 / (3.0 * k1);
-  } else {
-    const double discriminant = 9.0 * k1 * k1 - 20.0 * k2;
-    if (discriminant >= 0.0) {
-      // Without cancellation: both roots from one sum of equal signs.
-      const double s = -0.5 * (3.0 * k1 + std::copysign(std::sqrt(discriminant), k1));
-      for (const double root : {s / (5.0 * k2), s == 0.0 ? kInfinity : 1.0 / s}) {
-        if (root > 0.0 && root < q) q = root;
-      }
-    }
-  }
-  return std::sqrt(q);
+  // 1 + 3 k1 q + 5 k2 q^2 = 0 for the smallest positive q = r^2: of 1 / q the larger root, which is
+  // computed without cancellation, or the other one if that is negative.
+  const double discriminant = 9.0 * k1 * k1 - 20.0 * k2;
+  if (discriminant < 0.0) return kInfinity;
+  const double s = -0.5 * (3.0 * k1 + std::copysign(std::sqrt(discriminant), k1));
+  const double inverse = std::max({s, s == 0.0 ? 0.0 : 5.0 * k2 / s, 0.0});
+  return inverse > 0.0 ? std::sqrt(1.0 / inverse) : kInfinity;
 }
 
 // Newton on distort(p) = target from `start`. False where it does not converge to a point inside
@@ -82,20 +71,14 @@ bool newtonUndistort(const std::array<double, 4>& d, const Eigen::Vector2d& targ
   return false;
 }
 
-// Inverse of distort(). The pixel itself is nearly always a good start (a call to OpenCV costs ten
-// times as much as the whole solution); where it is not, OpenCV's fixed-point solution is the
-// second start. OpenCV alone does not suffice: it stops after five iterations and does not report
-// failure.
+// Inverse of distort(). The pixel itself is nearly always a good start, and the centre where it is
+// not. Not OpenCV's, which stops after five iterations and does not report failure.
 bool undistort(const std::array<double, 4>& d, const Eigen::Vector2d& target, double max_radius,
                Eigen::Vector2d* point) {
   const Eigen::Vector2d inside =
       target.norm() > max_radius ? Eigen::Vector2d(target.normalized() * 0.9 * max_radius) : target;
-  if (newtonUndistort(d, target, max_radius, inside, point)) return true;
-  const std::vector<cv::Point2d> distorted = {cv::Point2d(target.x(), target.y())};
-  std::vector<cv::Point2d> start;
-  cv::undistortPoints(distorted, start, cv::Matx33d::eye(), cv::Vec4d(d[0], d[1], d[2], d[3]));
-  const Eigen::Vector2d second(start[0].x, start[0].y);
-  return second.allFinite() && newtonUndistort(d, target, max_radius, second, point);
+  return newtonUndistort(d, target, max_radius, inside, point) ||
+         newtonUndistort(d, target, max_radius, Eigen::Vector2d::Zero(), point);
 }
 
 // Distorted radius of the equidistant model and its derivative.

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include "image_pyramid.h"
+
 namespace slim_init::feature_tracker_lines {
 namespace {
 
@@ -29,18 +31,6 @@ constexpr double kFitScalePx = 0.3;       // Cauchy scale of the fit
 constexpr int kReweightings = 4;
 // Samples without edge that an edge may bridge: a crossing, a pole in front.
 constexpr int kBridgedSamples = 4;
-
-// Bilinear brightness; the caller keeps the position inside.
-inline float brightness(const cv::Mat& grey, float x, float y) {
-  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
-  const float ax = x - static_cast<float>(xi), ay = y - static_cast<float>(yi);
-  const uchar* top = grey.ptr<uchar>(yi) + xi;
-  const uchar* bottom = grey.ptr<uchar>(yi + 1) + xi;
-  const float upper = static_cast<float>(top[0]) + ax * static_cast<float>(top[1] - top[0]);
-  const float lower =
-      static_cast<float>(bottom[0]) + ax * static_cast<float>(bottom[1] - bottom[0]);
-  return upper + ay * (lower - upper);
-}
 
 // Where the brightness rises.
 struct Rise {
@@ -65,8 +55,8 @@ Rise steepestRise(const cv::Mat& grey, const Eigen::Vector2d& middle, const Eige
   for (int j = -reach; j <= reach; ++j) {
     const float x = static_cast<float>(middle.x()) + static_cast<float>(j) * ax;
     const float y = static_cast<float>(middle.y()) + static_cast<float>(j) * ay;
-    profile[j + reach] = (brightness(grey, x, y) + brightness(grey, x + ay, y - ax) +
-                          brightness(grey, x - ay, y + ax)) /
+    profile[j + reach] = (brightnessAt(grey, x, y) + brightnessAt(grey, x + ay, y - ax) +
+                          brightnessAt(grey, x - ay, y + ax)) /
                          3.0F;
   }
   std::array<float, kMaxProfile> slope;  // valid from 1 to 2 reach - 1

@@ -49,11 +49,11 @@ WindowOptions biasWindow(const WindowOptions& gaps) {
   return options;
 }
 
-/// Angular rate at time t, linear between the samples and constant beyond them [rad/s].
+/// Angular rate at a time from the first sample on, linear between the samples and constant beyond
+/// the last one [rad/s].
 Eigen::Vector3d gyroAt(const std::vector<ImuSample>& samples, double t) {
   const auto after = std::upper_bound(samples.begin(), samples.end(), t,
                                       [](double time, const ImuSample& s) { return time < s.t; });
-  if (after == samples.begin()) return samples.front().gyro;
   if (after == samples.end()) return samples.back().gyro;
   const ImuSample& before = *std::prev(after);
   const double share = (t - before.t) / (after->t - before.t);
@@ -151,150 +151,6 @@ cv::Scalar ageColour(int age) {
   return {ramp(0.0), ramp(0.5), ramp(1.0)};
 }
 
-/// Image and rotation in, observations out. Pyramids are built once per image and shared.
-class FeatureTracker {
- public:
-  FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options);
-
-  /// Tracks into `grey` (CV_8UC1, of the camera's size). `given` is the rotation since the image
-  /// before. Fills points and lines of `frame`, and `report` except for the rotation and the gyro
-  /// bias.
-  void track(double t, const cv::Mat& grey, const RotationPrior& given, FrameObservation* frame,
-             ImageReport* report);
-
-  /// See ImageFrontEnd::debugImage().
-  cv::Mat debugImage() const;
-
-  /// Forgets everything but the ids.
-  void reset();
-
- private:
-  void prepare(const cv::Mat& grey);
-  void brighten(const cv::Mat& grey);
-  void build(const cv::Mat& grey, int gain, ImagePyramid* out);
-  void writeObservations(FrameObservation* frame) const;
-
-  int halvings_;  // of the camera's image until the one that is tracked
-  FrontEndOptions options_;
-  PointTracker points_;
-  LineTracker lines_;
-  ImagePyramid before_, now_;
-  cv::Mat equalized_;
-  // Default profile: the image before as it came, and the factor on the grey levels of both.
-  cv::Mat raw_;
-  int gain_ = 1;
-};
-
-FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
-    : halvings_(halvingsOf(camera, options.profile)),
-      options_(halved(options, halved(camera, halvings_), halvings_)),
-      points_(halved(camera, halvings_), options_),
-      lines_(halved(camera, halvings_), options_) {}
-
-void FeatureTracker::reset() {
-  points_.reset();
-  lines_.reset();
-  before_ = ImagePyramid();
-  now_ = ImagePyramid();
-  gain_ = 1;
-}
-
-void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& given,
-                           FrameObservation* frame, ImageReport* report) {
-  std::swap(before_, now_);
-  prepare(grey);
-  report->image_noise = now_.noise;
-
-  // Lines move as the points do that were followed, beyond the rotation that these were found with.
-  RotationPrior prior = given;
-  points_.follow(t, before_, now_, &prior, report);
-  points_.refill(now_, report);
-  if (options_.lines.enabled) {
-    std::vector<LineSegment> segments = lines_.detect(now_, given);
-    lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
-  }
-  writeObservations(frame);
-}
-
-// Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.
-// Both images of a step have the same factor: KLT compares grey levels.
-void FeatureTracker::brighten(const cv::Mat& grey) {
-  const int gain = options_.host.equalize ? gainFor(grey, gain_) : 1;
-  if (gain != gain_ && !before_.empty()) build(raw_, gain, &before_);
-  gain_ = gain;
-  if (options_.host.equalize) grey.copyTo(raw_);
-  build(grey, gain, &now_);
-}
-
-void FeatureTracker::build(const cv::Mat& grey, int gain, ImagePyramid* out) {
-  if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
-  buildImagePyramid(gain > 1 ? equalized_ : grey,
-                    std::max(options_.points.window_px, LineTracker::kWindowPx),
-                    std::max(options_.points.levels, 1), halvings_, out);
-}
-
-// Builds the pyramid, of the equalized image where VINS-Mono equalizes.
-void FeatureTracker::prepare(const cv::Mat& grey) {
-  if (options_.profile != TrackerProfile::kVins) {
-    brighten(grey);
-    return;
-  }
-  if (options_.host.equalize) {
-    cv::createCLAHE(vins::kClaheLimit, cv::Size(vins::kClaheTiles, vins::kClaheTiles))
-        ->apply(grey, equalized_);
-  }
-  buildImagePyramid(options_.host.equalize ? equalized_ : grey, vins::kWindowPx, vins::kLevels,
-                    halvings_, &now_);
-}
-
-void FeatureTracker::writeObservations(FrameObservation* frame) const {
-  const double scale = std::ldexp(1.0, halvings_);
-  frame->points.clear();
-  for (const PointTrack& track : points_.tracks()) {
-    PointObservation point;
-    point.id = track.id;
-    point.bearing = track.bearing;
-    point.pixel = scale * Eigen::Vector2d(track.pixel.x, track.pixel.y);
-    frame->points.push_back(point);
-  }
-  frame->lines.clear();
-  const RowCamera& lens = lines_.lens();
-  for (const LineTrack& track : lines_.tracks()) {
-    LineObservation line;
-    line.id = track.id;
-    line.start_bearing = lens.atOwnRow(track.edge.start, track.edge.start_pixel);
-    line.end_bearing = lens.atOwnRow(track.edge.end, track.edge.end_pixel);
-    line.start_pixel = scale * track.edge.start_pixel;
-    line.end_pixel = scale * track.edge.end_pixel;
-    line.length_px = scale * track.edge.length_px;
-    line.detection_confidence = track.confidence;
-    line.match_quality = track.match_quality;
-    frame->lines.push_back(line);
-  }
-}
-
-cv::Mat FeatureTracker::debugImage() const {
-  if (now_.empty()) return {};
-  cv::Mat image;
-  cv::cvtColor(now_.level(0), image, cv::COLOR_GRAY2BGR);
-  for (const cv::Vec4f& s : lines_.detected()) {
-    cv::line(image, fixedPoint(s[0], s[1]), fixedPoint(s[2], s[3]), kDetected, 1, cv::LINE_AA,
-             kShift);
-  }
-  for (const LineTrack& line : lines_.tracks()) {
-    // New lines have been drawn as detections.
-    if (line.age < 2) continue;
-    const Edge& edge = line.edge;
-    cv::line(image, fixedPoint(edge.start_pixel.x(), edge.start_pixel.y()),
-             fixedPoint(edge.end_pixel.x(), edge.end_pixel.y()), kMatched, 2, cv::LINE_AA, kShift);
-  }
-  for (const PointTrack& point : points_.tracks()) {
-    cv::circle(image, fixedPoint(point.pixel.x, point.pixel.y), 3 << kShift, ageColour(point.age),
-               cv::FILLED, cv::LINE_AA, kShift);
-  }
-  return image;
-}
-
 }  // namespace
 
 cv::Mat imageCircle(const CameraParameters& camera) {
@@ -320,8 +176,10 @@ class ImageFrontEnd::Impl {
        const FrontEndOptions& options)
       : camera_(camera),
         calibration_(calibration),
-        options_(options),
-        tracker_(camera, options),
+        halvings_(halvingsOf(camera, options.profile)),
+        options_(halved(options, halved(camera, halvings_), halvings_)),
+        points_(halved(camera, halvings_), options_),
+        lines_(halved(camera, halvings_), options_),
         window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
   }
@@ -329,10 +187,10 @@ class ImageFrontEnd::Impl {
   AddStatus addImu(const ImuSample& sample) { return window_.addImu(sample); }
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
   const ImageReport& report() const { return report_; }
-  cv::Mat debugImage() const { return tracker_.debugImage(); }
+  cv::Mat debugImage() const;
 
   void reset() {
-    tracker_.reset();
+    forgetTracks();
     window_.reset();
     report_ = ImageReport();
     t_last_ = dt_last_ = kNotComputed;
@@ -345,6 +203,10 @@ class ImageFrontEnd::Impl {
   RotationPrior predictRotation(double t, ImageReport* report) const;
   RotationPrior rotationPrior(double t_before, double t_now) const;
   void track(double t, const cv::Mat& image, FrameObservation* frame, ImageReport* report);
+  void prepare(const cv::Mat& grey);
+  void follow(double t, const RotationPrior& given, ImageReport* report);
+  void writeObservations(FrameObservation* frame) const;
+  void forgetTracks();
   void doubtBias(const ImageReport& report);
   void forgetBias();
   void updateBias(const FrameObservation& frame);
@@ -352,11 +214,15 @@ class ImageFrontEnd::Impl {
 
   CameraParameters camera_;
   Calibration calibration_;
+  int halvings_;  // of the camera's image until the one that is tracked
   FrontEndOptions options_;
-  FeatureTracker tracker_;
+  PointTracker points_;
+  LineTracker lines_;
+  ImagePyramid before_, now_;
+  int gain_ = 1;  // default profile: factor on the grey levels
   KeyframeWindow window_;
-  ImageReport report_;  // of the last tracked image
-  cv::Mat grey_;
+  ImageReport report_;                     // of the last tracked image
+  cv::Mat grey_, changed_;                 // of a colour image; equalized or brightened
   double t_last_ = kNotComputed;           // last image [s], camera clock
   double dt_last_ = kNotComputed;          // between the last two images [s]
   double t_next_estimate_ = kNotComputed;  // of the gyro bias [s], IMU clock
@@ -364,6 +230,91 @@ class ImageFrontEnd::Impl {
   int overruled_ = 0;                      // images in a row whose known rotation was overruled
   std::optional<Eigen::Vector3d> bias_;    // of the gyroscope [rad/s]
 };
+
+// Points and lines from the image before to this one, and new ones.
+void ImageFrontEnd::Impl::follow(double t, const RotationPrior& given, ImageReport* report) {
+  // Lines move as the points do that were followed, beyond the rotation that these were found with.
+  RotationPrior prior = given;
+  points_.follow(t, &before_, now_, &prior, report);
+  points_.refill(now_, report);
+  if (!options_.lines.enabled) return;
+  std::vector<LineSegment> segments = lines_.detect(now_, given);
+  lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
+}
+
+void ImageFrontEnd::Impl::forgetTracks() {
+  points_.reset();
+  lines_.reset();
+  before_ = now_ = ImagePyramid();
+  gain_ = 1;
+}
+
+// Builds the pyramid of the image: equalized as VINS-Mono does it, or brightened where it is dark,
+// if the host's `equalize` allows it. Both images of a step have the same factor: KLT compares grey
+// levels.
+void ImageFrontEnd::Impl::prepare(const cv::Mat& grey) {
+  const bool equalize = options_.host.equalize;
+  if (options_.profile == TrackerProfile::kVins) {
+    const cv::Size tiles(vins::kClaheTiles, vins::kClaheTiles);
+    if (equalize) cv::createCLAHE(vins::kClaheLimit, tiles)->apply(grey, changed_);
+    buildImagePyramid(equalize ? changed_ : grey, vins::kWindowPx, vins::kLevels, halvings_, &now_);
+    return;
+  }
+  const int gain_before = std::exchange(gain_, equalize ? gainFor(grey, gain_) : 1);
+  if (gain_ != gain_before && !before_.empty()) {
+    scaleBrightness(static_cast<double>(gain_) / gain_before, &before_);
+  }
+  if (gain_ > 1) grey.convertTo(changed_, CV_8U, gain_);
+  buildImagePyramid(gain_ > 1 ? changed_ : grey,
+                    std::max(options_.points.window_px, LineTracker::kWindowPx),
+                    std::max(options_.points.levels, 1), halvings_, &now_);
+}
+
+void ImageFrontEnd::Impl::writeObservations(FrameObservation* frame) const {
+  const double scale = std::ldexp(1.0, halvings_);
+  for (const PointTrack& track : points_.tracks()) {
+    PointObservation point;
+    point.id = track.id;
+    point.bearing = track.bearing;
+    point.pixel = scale * toEigen(track.pixel);
+    frame->points.push_back(point);
+  }
+  const RowCamera& lens = lines_.lens();
+  for (const LineTrack& track : lines_.tracks()) {
+    LineObservation line;
+    line.id = track.id;
+    line.start_bearing = lens.atOwnRow(track.edge.start, track.edge.start_pixel.y());
+    line.end_bearing = lens.atOwnRow(track.edge.end, track.edge.end_pixel.y());
+    line.start_pixel = scale * track.edge.start_pixel;
+    line.end_pixel = scale * track.edge.end_pixel;
+    line.length_px = scale * track.edge.length_px;
+    line.detection_confidence = track.confidence;
+    line.match_quality = track.match_quality;
+    frame->lines.push_back(line);
+  }
+}
+
+cv::Mat ImageFrontEnd::Impl::debugImage() const {
+  if (now_.empty()) return {};
+  cv::Mat image;
+  cv::cvtColor(now_.level(0), image, cv::COLOR_GRAY2BGR);
+  for (const cv::Vec4f& s : lines_.detected()) {
+    cv::line(image, fixedPoint(s[0], s[1]), fixedPoint(s[2], s[3]), kDetected, 1, cv::LINE_AA,
+             kShift);
+  }
+  for (const LineTrack& line : lines_.tracks()) {
+    // New lines have been drawn as detections.
+    if (line.age < 2) continue;
+    const Edge& edge = line.edge;
+    cv::line(image, fixedPoint(edge.start_pixel.x(), edge.start_pixel.y()),
+             fixedPoint(edge.end_pixel.x(), edge.end_pixel.y()), kMatched, 2, cv::LINE_AA, kShift);
+  }
+  for (const PointTrack& point : points_.tracks()) {
+    cv::circle(image, fixedPoint(point.pixel.x, point.pixel.y), 3 << kShift, ageColour(point.age),
+               cv::FILLED, cv::LINE_AA, kShift);
+  }
+  return image;
+}
 
 // Rotation of the camera between two times on the IMU clock.
 RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) const {
@@ -467,9 +418,13 @@ RotationPrior ImageFrontEnd::Impl::predictRotation(double t, ImageReport* report
 // Rotation from the gyro, tracking, gyro bias from the tracks. Throws what OpenCV throws.
 void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation* frame,
                                 ImageReport* report) {
-  if (t - t_last_ > kMaxImageGapS) tracker_.reset();
+  if (t - t_last_ > kMaxImageGapS) forgetTracks();
   const RotationPrior prior = predictRotation(t, report);
-  tracker_.track(t, toGrey(image), prior, frame, report);
+  std::swap(before_, now_);
+  prepare(toGrey(image));
+  report->image_noise = now_.noise;
+  follow(t, prior, report);
+  writeObservations(frame);
   setRows(camera_.height, frame);
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
@@ -492,7 +447,7 @@ ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameO
   } catch (const cv::Exception&) {
     // OpenCV refused the image: tracking restarts with the next one. Other exceptions (no memory)
     // are errors of the program and go to the caller.
-    tracker_.reset();
+    forgetTracks();
     t_last_ = t;
     dt_last_ = kNotComputed;
     return ImageStatus::kBadImage;

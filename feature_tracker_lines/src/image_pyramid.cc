@@ -23,6 +23,13 @@ constexpr std::int64_t kMostPixels = 2 * 752 * 480;
 // levelNoise() of unit noise after one halving and after two; from there on it halves.
 constexpr double kOneHalving = 0.345, kTwoHalvings = 0.155;
 
+void buildLevels(const cv::Mat& base, int levels, ImagePyramid* out) {
+  // Not the input's memory: the caller may use it again for the next image.
+  out->max_level =
+      cv::buildOpticalFlowPyramid(base, out->pyramid, cv::Size(out->window_px, out->window_px),
+                                  levels, true, cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
+}
+
 }  // namespace
 
 ImagePyramid ImagePyramid::from(int l) const {
@@ -31,6 +38,7 @@ ImagePyramid ImagePyramid::from(int l) const {
   upper.pyramid.assign(pyramid.begin() + 2 * l, pyramid.end());
   upper.max_level = max_level - l;
   upper.halvings = halvings + l;
+  upper.window_px = window_px;
   upper.noise =
       std::max(noise * (levelNoise(1e3, upper.halvings) / levelNoise(1e3, halvings)), kLeastNoise);
   return upper;
@@ -58,16 +66,21 @@ void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvi
     cv::pyrDown(base, half);
     base = half;
   }
-  // Not the input's memory: the caller may use it again for the next image.
-  out->max_level =
-      cv::buildOpticalFlowPyramid(base, out->pyramid, cv::Size(window_px, window_px), levels, true,
-                                  cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
   out->halvings = halvings;
+  out->window_px = window_px;
+  buildLevels(base, levels, out);
   out->noise = levelNoise(measureNoise(grey), halvings);
 }
 
+void scaleBrightness(double factor, ImagePyramid* image) {
+  cv::Mat scaled;
+  image->level(0).convertTo(scaled, CV_8U, factor);
+  image->noise = std::max(factor * image->noise, kLeastNoise);
+  buildLevels(scaled, image->max_level, image);
+}
+
 double measureNoise(const cv::Mat& grey) {
-  std::vector<double> variances;
+  std::vector<double> variances, clipped;  // of the blocks
   for (int y0 = 1; y0 + kBlock < grey.rows; y0 += kBlockStep) {
     for (int x0 = 1; x0 + kBlock < grey.cols; x0 += kBlockStep) {
       int sum = 0, sum_squares = 0, darkest = 255, brightest = 0;
@@ -84,11 +97,13 @@ double measureNoise(const cv::Mat& grey) {
           brightest = std::max<int>(brightest, here[x]);
         }
       }
-      if (darkest < kDark || brightest > kBright) continue;
       constexpr double kCount = kBlock * kBlock;
-      variances.push_back(sum_squares / kCount - (sum / kCount) * (sum / kCount));
+      (darkest < kDark || brightest > kBright ? clipped : variances)
+          .push_back(sum_squares / kCount - (sum / kCount) * (sum / kCount));
     }
   }
+  // At night, or under a lens cap, every block is clipped and still noisy.
+  if (variances.empty()) variances.swap(clipped);
   if (variances.empty()) return kLeastNoise;
   const auto tenth = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 10);
   std::nth_element(variances.begin(), tenth, variances.end());

@@ -114,10 +114,6 @@ Eigen::Vector3d turnedOnto(const Eigen::Vector3d& normal, const Eigen::Matrix3d&
   return (g - normal * normal.dot(g)).normalized();
 }
 
-cv::Point2f toPoint(const Eigen::Vector2d& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
-
 }  // namespace
 
 // Where a tracked line is expected.
@@ -167,19 +163,16 @@ std::vector<LineSegment> LineTracker::detect(const ImagePyramid& now, const Rota
 
   std::vector<LineSegment> segments;
   for (const cv::Vec4f& s : found) {
-    const cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
-    const auto length = static_cast<float>(cv::norm(b - a));
-    if (!(length * static_cast<float>(scale) >= options_.lines.min_length_px)) continue;
-    if (isMasked(Eigen::Vector2d(a.x, a.y) * scale) ||
-        isMasked(Eigen::Vector2d(b.x, b.y) * scale)) {
-      continue;
-    }
-    detected_.push_back(s * static_cast<float>(scale));
+    const cv::Vec4f whole = s * static_cast<float>(scale);
+    const cv::Point2f a(whole[0], whole[1]), b(whole[2], whole[3]);
     LineSegment segment;
-    segment.start = lens_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
-    segment.end = lens_.bearing(Eigen::Vector2d(b.x, b.y) * scale);
+    segment.length_px = static_cast<float>(cv::norm(b - a));
+    if (!(segment.length_px >= options_.lines.min_length_px)) continue;
+    if (isMasked(options_.mask, a) || isMasked(options_.mask, b)) continue;
+    detected_.push_back(whole);
+    segment.start = lens_.bearing(toEigen(a));
+    segment.end = lens_.bearing(toEigen(b));
     if (!segment.start.allFinite() || !segment.end.allFinite()) continue;
-    segment.length_px = length * scale;
     segments.push_back(segment);
   }
   // The longest first. Stable, so that equal inputs give equal ids.
@@ -217,8 +210,7 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
       }
       const Eigen::Vector2d across = (beside - middle).normalized();
       if (!known) {
-        const cv::Point2f flow = points.flowNear(toPoint(middle));
-        middle += across * across.dot(Eigen::Vector2d(flow.x, flow.y));
+        middle += across * across.dot(toEigen(points.flowNear(toPoint(middle))));
       }
       samples.owner.push_back(k);
       samples.before.push_back(toPoint(before));
@@ -264,9 +256,8 @@ LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::siz
     if (samples.ok[j] == 0) continue;
     // Along the edge the result of KLT is arbitrary; across it, it is right.
     const Eigen::Vector2d& across = samples.across[j];
-    const Eigen::Vector2d expected(samples.expected[j].x, samples.expected[j].y);
-    const Eigen::Vector2d found(samples.now[j].x, samples.now[j].y);
-    const double moved = across.dot(found - expected);
+    const Eigen::Vector2d expected = toEigen(samples.expected[j]);
+    const double moved = across.dot(toEigen(samples.now[j]) - expected);
     if (!(std::abs(moved) <= kMaxCorrectionPx)) continue;
     const Eigen::Vector3d f = lens_.bearing(expected + moved * across);
     if (!f.allFinite() || !(f.dot(arc.u) > kLeastForward)) continue;
@@ -395,15 +386,8 @@ bool LineTracker::refit(const ImagePyramid& now, const Eigen::Vector3d& start,
                         const Eigen::Vector3d& end, double search_px, Edge* edge) const {
   return fitEdge(now.level(0), lens_, start, end, search_px, now.noise, kLeastSupport,
                  kMaxRefitRmsPx, edge) &&
-         !isMasked(edge->start_pixel) && !isMasked(edge->end_pixel);
-}
-
-bool LineTracker::isMasked(const Eigen::Vector2d& pixel) const {
-  const cv::Mat& mask = options_.mask;
-  if (mask.empty()) return false;
-  const int x = std::clamp(cvRound(pixel.x()), 0, mask.cols - 1);
-  const int y = std::clamp(cvRound(pixel.y()), 0, mask.rows - 1);
-  return mask.at<uchar>(y, x) == 0;
+         !isMasked(options_.mask, toPoint(edge->start_pixel)) &&
+         !isMasked(options_.mask, toPoint(edge->end_pixel));
 }
 
 bool LineTracker::isTaken(const Edge& edge, double distance_px) const {

@@ -91,7 +91,6 @@ class LineTracker {
   bool refit(const ImagePyramid& now, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
              double search_px, Edge* edge) const;
   bool isSameLine(const Edge& a, const Edge& b, double max_distance_px) const;
-  bool isMasked(const Eigen::Vector2d& pixel) const;
   bool isTaken(const Edge& edge, double distance_px) const;
   void keepDistinct(std::vector<LineTrack> moved, ImageReport* report);
   void addNew(const ImagePyramid& now, const std::vector<LineSegment>& segments,

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "image_pyramid.h"
+
 namespace slim_init::feature_tracker_lines {
 namespace {
 
@@ -32,22 +34,13 @@ bool PatchAnchor::sample(const cv::Mat& grey, const Eigen::Vector2d& centre,
     return false;
   }
   const auto a00 = static_cast<float>(affine(0, 0)), a10 = static_cast<float>(affine(1, 0));
-  const std::size_t stride = grey.step[0];
-  const uchar* data = grey.data;
   float* target = out->data();
   for (int v = -kHalf; v <= kHalf; ++v) {
     const auto x0 = static_cast<float>(centre.x() + affine(0, 1) * v);
     const auto y0 = static_cast<float>(centre.y() + affine(1, 1) * v);
     for (int u = -kHalf; u <= kHalf; ++u) {
-      const float x = x0 + a00 * static_cast<float>(u), y = y0 + a10 * static_cast<float>(u);
-      const int xi = static_cast<int>(x), yi = static_cast<int>(y);
-      const float fx = x - static_cast<float>(xi), fy = y - static_cast<float>(yi);
-      const uchar* top = data + static_cast<std::size_t>(yi) * stride + xi;
-      const uchar* bottom = top + stride;
-      const float upper = static_cast<float>(top[0]) + fx * static_cast<float>(top[1] - top[0]);
-      const float lower =
-          static_cast<float>(bottom[0]) + fx * static_cast<float>(bottom[1] - bottom[0]);
-      *target++ = upper + fy * (lower - upper);
+      *target++ =
+          brightnessAt(grey, x0 + a00 * static_cast<float>(u), y0 + a10 * static_cast<float>(u));
     }
   }
   return true;

@@ -69,6 +69,8 @@ constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
 constexpr double kDoubtAbove = 0.5;
 constexpr double kBetterBelow = 0.9;
+// Change of the brightness that KLT bears: beyond 5 %, points of low contrast are lost.
+constexpr double kSameBrightness = 0.025;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
 // it is refined, and the difference from which on a patch is another one. In the hand even motion
 // is off by up to 30 px between images. 60 patches found nothing better, steps of 8 px the next
@@ -118,11 +120,6 @@ cv::Mat usableArea(const Camera& camera, const FrontEndOptions& options) {
     }
   }
   return usable;
-}
-
-Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
-cv::Point2f toPoint(const Eigen::Vector2d& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
 }
 
 // Removes the tracks whose flag is zero; returns how many.
@@ -278,10 +275,6 @@ void PointTracker::reset() {
   published_ = 0;
 }
 
-bool PointTracker::isMasked(const cv::Point2f& pixel) const {
-  return !options_.mask.empty() && options_.mask.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) == 0;
-}
-
 bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
   const int row = cvRound(pixel.y), column = cvRound(pixel.x);
   return pixel.x >= border && pixel.x < usable_.cols - border && pixel.y >= border &&
@@ -312,19 +305,14 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
 }
 
 cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
-  std::array<std::pair<float, const Flow*>, kNeighbours> nearest;
-  int count = 0;
+  std::vector<std::pair<float, const Flow*>> nearest;  // by squared distance
   for (const Flow& flow : flows) {
     const cv::Point2f d = flow.pixel - pixel;
-    const float square = d.dot(d);
-    if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
-    int at = count < kNeighbours ? count++ : kNeighbours - 1;
-    for (; at > 0 && nearest[at - 1].first > square; --at) {
-      nearest[at] = nearest[at - 1];
-    }
-    nearest[at] = {square, &flow};
+    nearest.emplace_back(d.dot(d), &flow);
   }
+  const int count = std::min(kNeighbours, static_cast<int>(nearest.size()));
   if (count == 0) return {0.0F, 0.0F};
+  std::partial_sort(nearest.begin(), nearest.begin() + count, nearest.end());
   std::array<float, kNeighbours> x{}, y{};
   for (int i = 0; i < count; ++i) {
     x[i] = nearest[i].second->residual.x;
@@ -336,8 +324,8 @@ cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
 cv::Point2f PointTracker::turned(const RotationPrior& prior, const Eigen::Vector3d& bearing,
                                  const cv::Point2f& pixel) const {
   Eigen::Vector2d there;
-  const RowCamera lens(camera_, prior.rows_now);
-  const Eigen::Vector3d now = prior.R_now_before * atMiddleRow(prior.rows_before, bearing, pixel);
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
+  const Eigen::Vector3d now = prior.R_now_before * lens_before.atMiddleRow(bearing, pixel.y);
   return lens.project(now, &there) ? toPoint(there) : pixel;
 }
 
@@ -354,15 +342,10 @@ PointMotion PointTracker::motion(const RotationPrior& prior) const {
   return motion;
 }
 
-Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
-                                          const cv::Point2f& pixel) const {
-  return rows.atMiddleRow(bearing, pixel.y, camera_.parameters().height);
-}
-
-void PointTracker::follow(double t, const ImagePyramid& before, const ImagePyramid& now,
+void PointTracker::follow(double t, ImagePyramid* before, const ImagePyramid& now,
                           RotationPrior* prior, ImageReport* report) {
   if (options_.profile == TrackerProfile::kVins) {
-    followVins(t, before, now, report);
+    followVins(t, *before, now, report);
   } else {
     followDefault(before, now, prior, report);
   }
@@ -399,14 +382,17 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
+void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
-  if (!tracks_.empty() && !before.empty()) {
+  if (!tracks_.empty() && !before->empty()) {
     const Levels levels_now = levelsOf(now);
-    std::vector<Target> targets = chooseRotation(before, now, prior, report);
+    std::vector<Target> targets = expect(last_prior_, *prior);
+    last_prior_ = *prior;
+    matchBrightness(targets, now, before);
+    if (prior->measured) chooseRotation(*before, now, prior, &targets, report);
     deformAnchors(*prior);
-    moved = search(levelsOf(before), levels_now, *prior, std::move(targets));
+    moved = search(levelsOf(*before), levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
@@ -428,7 +414,7 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
     if (track.anchor == nullptr) continue;
     Eigen::Vector2d middle, right, down;
     const Eigen::Vector2d here = toEigen(track.pixel);
-    const Eigen::Vector3d f = atMiddleRow(prior.rows_before, track.bearing, track.pixel);
+    const Eigen::Vector3d f = lens_before.atMiddleRow(track.bearing, track.pixel.y);
     if (lens.project(R * f, &middle) &&
         lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitX()), &right) &&
         lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitY()), &down)) {
@@ -511,16 +497,33 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
   }
 }
 
+// Gives the image before the brightness of this one: KLT compares grey levels, and automatic
+// exposure changes them. Measured where some of the points are predicted, which is the same part of
+// the scene, unless they disagree.
+void PointTracker::matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
+                                   ImagePyramid* before) const {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < targets.size(); i += targets.size() / kTurnPatches + 1) {
+    const double was = cv::mean(patchAt(*before, tracks_[i].pixel))[0];
+    if (was > 0.0 && isInside(targets[i].predicted, 0.0)) {
+      ratios.push_back(cv::mean(patchAt(now, targets[i].predicted))[0] / was);
+    }
+  }
+  if (ratios.empty()) return;
+  std::sort(ratios.begin(), ratios.end());
+  const std::size_t quarter = ratios.size() / 4;
+  const double median = ratios[ratios.size() / 2];
+  const double spread = ratios[ratios.size() - 1 - quarter] - ratios[quarter];
+  if (std::abs(median - 1.0) > std::max(kSameBrightness, spread)) scaleBrightness(median, before);
+}
+
 // Where the patches of most points are not where the gyroscope predicts them, and fit better where
 // their flow and a common turn do, it is the gyroscope that is wrong: nothing is known of the
 // rotation then. Done before the search, which among bricks finds the next brick.
-std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyramid& before,
-                                                               const ImagePyramid& now,
-                                                               RotationPrior* prior,
-                                                               ImageReport* report) {
-  std::vector<Target> expected = expect(last_prior_, *prior);
-  last_prior_ = *prior;
-  if (!prior->measured) return expected;
+void PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
+                                  RotationPrior* prior, std::vector<Target>* targets,
+                                  ImageReport* report) const {
+  const std::vector<Target>& expected = *targets;
   std::vector<cv::Mat> patches;
   for (const PointTrack& track : tracks_) patches.push_back(patchAt(before, track.pixel));
   const auto difference = [&](std::size_t i, const cv::Point2f& there) {
@@ -533,7 +536,7 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
     const double contrast = differenceOf(patches[i], flat);
     unlike += difference(i, expected[i].predicted) > kDoubtAbove * contrast ? 1 : 0;
   }
-  if (2 * unlike <= tracks_.size()) return expected;
+  if (2 * unlike <= tracks_.size()) return;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
   std::vector<Target> same_flow = expect(unknown, unknown);
   turnTogether(before, now, &same_flow);
@@ -544,10 +547,10 @@ std::vector<PointTracker::Target> PointTracker::chooseRotation(const ImagePyrami
     const double bound = kBetterBelow * difference(i, expected[i].predicted);
     better += difference(i, same_flow[i].predicted) < bound ? 1 : 0;
   }
-  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return expected;
+  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return;
   report->rotation_overruled = true;
   *prior = unknown;
-  return same_flow;
+  *targets = std::move(same_flow);
 }
 
 // Looks for the points of one level; `before` and `now` begin with it.
@@ -671,12 +674,12 @@ void PointTracker::anchorTracks(const Levels& now, std::vector<PointTrack>* move
 std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrack>& moved,
                                                      const RotationPrior& prior,
                                                      ImageReport* report) const {
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
   std::vector<Eigen::Vector3d> rotated, before, now;
-  for (std::size_t k = 0; k < moved.size(); ++k) {
-    before.push_back(
-        atMiddleRow(prior.rows_before, moved[k].bearing_before, moved[k].pixel_before));
+  for (const PointTrack& track : moved) {
+    before.push_back(lens_before.atMiddleRow(track.bearing_before, track.pixel_before.y));
     rotated.push_back(prior.R_now_before * before.back());
-    now.push_back(atMiddleRow(prior.rows_now, moved[k].bearing, moved[k].pixel));
+    now.push_back(lens.atMiddleRow(track.bearing, track.pixel.y));
   }
   const double threshold = options_.points.epipolar_px;
   const auto count = [](const std::vector<unsigned char>& flags) {
@@ -708,15 +711,16 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
   R_now_mark_ = prior.R_now_before * R_now_mark_;
   since_mark_s_ += prior.dt_s;
   if (since_mark_s_ + 0.5 * prior.dt_s < kMarkS) return 0;
-  const int removed = keepFlagged(threeViewFlags(*moved, prior.rows_now), moved);
-  setMark(prior.rows_now, moved);
+  const RowCamera lens(camera_, prior.rows_now);
+  const int removed = keepFlagged(threeViewFlags(*moved, lens), moved);
+  setMark(lens, moved);
   return removed;
 }
 
 // One flag per track, 0 for one that disagrees. All are 1 where many disagree: then it is the
 // rotation that is wrong, or the scene that moves.
 std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointTrack>& moved,
-                                                        const RowExposure& rows) const {
+                                                        const RowCamera& lens) const {
   std::vector<std::size_t> chosen;
   std::vector<Eigen::Vector3d> older, newer, now;
   const Eigen::Matrix3d R_now_older = R_now_mark_ * R_mark_older_;
@@ -726,7 +730,7 @@ std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointT
     chosen.push_back(k);
     older.push_back(R_now_older * track.mark_rays[0]);
     newer.push_back(R_now_mark_ * track.mark_rays[1]);
-    now.push_back(atMiddleRow(rows, track.bearing, track.pixel));
+    now.push_back(lens.atMiddleRow(track.bearing, track.pixel.y));
   }
   const std::vector<unsigned char> inliers =
       threeViewInliers(older, newer, now, focal_px_, options_.points.epipolar_px, kThreeViewPx);
@@ -738,10 +742,10 @@ std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointT
 }
 
 // Makes this image the newer mark, at which every track remembers its ray.
-void PointTracker::setMark(const RowExposure& rows, std::vector<PointTrack>* tracks) {
+void PointTracker::setMark(const RowCamera& lens, std::vector<PointTrack>* tracks) {
   for (PointTrack& track : *tracks) {
     track.mark_rays[0] = track.mark_rays[1];
-    track.mark_rays[1] = atMiddleRow(rows, track.bearing, track.pixel);
+    track.mark_rays[1] = lens.atMiddleRow(track.bearing, track.pixel.y);
     track.marks = std::min(track.marks + 1, 2);
   }
   R_mark_older_ = R_now_mark_;
@@ -803,7 +807,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   }
   for (const cv::Point2f& corner : found) {
     const cv::Point2f place = pixelOf(level) * corner;
-    if (isMasked(place)) continue;  // moved there by cornerSubPix()
+    if (isMasked(options_.mask, place)) continue;  // moved there by cornerSubPix()
     auto anchor = std::make_shared<PatchAnchor>();
     if (!anchor->set(now.level(0), toEigen(corner), now.noise)) continue;
     if (!addTrack(place)) continue;
@@ -849,7 +853,7 @@ std::vector<PointTrack> PointTracker::searchVins(const ImagePyramid& before,
     const bool inside = rounded.x >= vins::kBorderPx && rounded.y >= vins::kBorderPx &&
                         rounded.x < usable_.cols - vins::kBorderPx &&
                         rounded.y < usable_.rows - vins::kBorderPx;
-    if (ok[i] == 0 || !inside || isMasked(to[i])) continue;
+    if (ok[i] == 0 || !inside || isMasked(options_.mask, to[i])) continue;
     PointTrack track = tracks_[i];
     if (!advance(to[i], &track)) continue;
     moved.push_back(track);

@@ -21,6 +21,11 @@
 
 namespace slim_init::feature_tracker_lines {
 
+inline Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
+inline cv::Point2f toPoint(const Eigen::Vector2d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
 /// A tracked point.
 struct PointTrack {
   FeatureId id = -1;
@@ -63,10 +68,10 @@ class PointTracker {
   PointTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
   /// Tracks from `before` (empty for the first image) to `now` and rejects outliers and points too
-  /// close to others. `prior` becomes the rotation that the points were found with. `t` [s] is
-  /// needed for HostFrontEnd::freq only. Writes the point part of `report`, except for the new
-  /// points.
-  void follow(double t, const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+  /// close to others. `before` gets the brightness of `now` (default profile), `prior` becomes the
+  /// rotation that the points were found with. `t` [s] is needed for HostFrontEnd::freq only.
+  /// Writes the point part of `report`, except for the new points.
+  void follow(double t, ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
               ImageReport* report);
 
   /// Fills up with new corners of the image that was followed to, and counts them in `report`.
@@ -88,11 +93,13 @@ class PointTracker {
 
   // Default profile.
   static Levels levelsOf(const ImagePyramid& pyramid);
-  void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+  void followDefault(ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
   std::vector<Target> expect(const RotationPrior& last, const RotationPrior& prior) const;
-  std::vector<Target> chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
-                                     RotationPrior* prior, ImageReport* report);
+  void matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
+                       ImagePyramid* before) const;
+  void chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+                      std::vector<Target>* targets, ImageReport* report) const;
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                     std::vector<Target>* targets) const;
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
@@ -106,10 +113,8 @@ class PointTracker {
                                          const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
   std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved,
-                                            const RowExposure& rows) const;
-  void setMark(const RowExposure& rows, std::vector<PointTrack>* tracks);
-  Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
-                              const cv::Point2f& pixel) const;
+                                            const RowCamera& lens) const;
+  void setMark(const RowCamera& lens, std::vector<PointTrack>* tracks);
   void refillDefault(const ImagePyramid& now);
   void addCorners(const ImagePyramid& now, int level, int wanted);
 
@@ -125,8 +130,6 @@ class PointTracker {
   /// than `mask_distance` to those kept.
   void thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
-  /// Whether FrontEndOptions::mask leaves out a pixel inside the image.
-  bool isMasked(const cv::Point2f& pixel) const;
   bool addTrack(const cv::Point2f& pixel);
   /// Moves a track to the pixel `to` of this image. False where the camera model has no ray for it.
   bool advance(const cv::Point2f& to, PointTrack* track) const;

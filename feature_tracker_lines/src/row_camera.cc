@@ -13,22 +13,11 @@ constexpr int kRowSteps = 4;
 
 }  // namespace
 
-Eigen::Vector3d RowExposure::atMiddleRow(const Eigen::Vector3d& bearing, double v,
-                                         int height) const {
-  if (!(readout_s > 0.0)) return bearing;
-  return expSO3(rowTime(v, height, readout_s) * rate_c) * bearing;
-}
-
-Eigen::Vector3d RowExposure::atRow(const Eigen::Vector3d& bearing, double v, int height) const {
-  if (!(readout_s > 0.0)) return bearing;
-  return expSO3(-rowTime(v, height, readout_s) * rate_c) * bearing;
-}
-
 RowCamera::RowCamera(const Camera& camera, const RowExposure& rows)
     : camera_(camera), rows_(rows) {}
 
 Eigen::Vector3d RowCamera::bearing(const Eigen::Vector2d& pixel) const {
-  return rows_.atMiddleRow(camera_.bearing(pixel), pixel.y(), camera_.parameters().height);
+  return atMiddleRow(camera_.bearing(pixel), pixel.y());
 }
 
 bool RowCamera::project(const Eigen::Vector3d& direction, Eigen::Vector2d* pixel) const {
@@ -36,15 +25,22 @@ bool RowCamera::project(const Eigen::Vector3d& direction, Eigen::Vector2d* pixel
   Eigen::Vector2d seen;
   if (!camera_.project(direction, &seen)) return false;
   for (int step = 0; step < kRowSteps; ++step) {
-    if (!camera_.project(atOwnRow(direction, seen), &seen)) return false;
+    if (!camera_.project(atOwnRow(direction, seen.y()), &seen)) return false;
   }
   *pixel = seen;
   return true;
 }
 
-Eigen::Vector3d RowCamera::atOwnRow(const Eigen::Vector3d& direction,
-                                    const Eigen::Vector2d& pixel) const {
-  return rows_.atRow(direction, pixel.y(), camera_.parameters().height);
+Eigen::Vector3d RowCamera::atOwnRow(const Eigen::Vector3d& direction, double v) const {
+  if (!(rows_.readout_s > 0.0)) return direction;
+  const double dt = rowTime(v, camera_.parameters().height, rows_.readout_s);
+  return expSO3(-dt * rows_.rate_c) * direction;
+}
+
+Eigen::Vector3d RowCamera::atMiddleRow(const Eigen::Vector3d& direction, double v) const {
+  if (!(rows_.readout_s > 0.0)) return direction;
+  const double dt = rowTime(v, camera_.parameters().height, rows_.readout_s);
+  return expSO3(dt * rows_.rate_c) * direction;
 }
 
 }  // namespace slim_init::feature_tracker_lines

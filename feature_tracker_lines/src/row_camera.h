@@ -12,13 +12,6 @@ struct RowExposure {
   double readout_s = 0.0;  ///< Calibration::readout_s; 0: all rows at once
   /// Angular rate of the camera in its own frame when its middle row is exposed [rad/s].
   Eigen::Vector3d rate_c = Eigen::Vector3d::Zero();
-
-  /// The ray `bearing`, seen in row `v` of an image of `height` rows, as it would be seen when the
-  /// middle row is exposed, if the point were far away: Exp(rate_c dt) f. Unchanged for a global
-  /// shutter.
-  Eigen::Vector3d atMiddleRow(const Eigen::Vector3d& bearing, double v, int height) const;
-  /// The other way round.
-  Eigen::Vector3d atRow(const Eigen::Vector3d& bearing, double v, int height) const;
 };
 
 /// Prior knowledge of the camera's rotation since the previous image.
@@ -52,8 +45,10 @@ class RowCamera {
   /// it.
   bool project(const Eigen::Vector3d& direction, Eigen::Vector2d* pixel) const;
 
-  /// The ray of the pixel's own row, as it is observed, for one at the middle row.
-  Eigen::Vector3d atOwnRow(const Eigen::Vector3d& direction, const Eigen::Vector2d& pixel) const;
+  /// The ray of row `v`, as it is observed, for one at the middle row: Exp(rate_c dt)^-1 f.
+  Eigen::Vector3d atOwnRow(const Eigen::Vector3d& direction, double v) const;
+  /// The other way round.
+  Eigen::Vector3d atMiddleRow(const Eigen::Vector3d& direction, double v) const;
 
   double focalPx() const { return camera_.focalPx(); }
 

@@ -165,7 +165,7 @@ TEST_F(ConfigFile, ReadsKannalaBrandtAndMei) {
   text = kHostFile;
   text.replace(begin, end - begin,
                "mirror_parameters:\n   xi: 1.5\ndistortion_parameters:\n   k1: 0.1\n   k2: 0.2\n"
-               "   p1: 0.001\n   p2: 0.002\nprojection_parameters:\n   gamma1: 800.0\n"
+               "   p1: 0.001\n   p2: 0.002\n   k3: 0\nprojection_parameters:\n   gamma1: 800.0\n"
                "   gamma2: 801.0\n   u0: 360.0\n   v0: 240.0\n");
   text.replace(text.find("PINHOLE"), 7, "MEI");
   config = loaded(text);
@@ -419,6 +419,8 @@ TEST_F(ConfigErrors, MissingKeysAreNamed) {
   expectRefused(edited("image_height: 480\n", ""), "image_height is missing");
   expectRefused(edited("   fy: 457.0\n", ""), "projection_parameters.fy is missing");
   expectRefused(edited("   p2: 0.00002\n", ""), "distortion_parameters.p2 is missing");
+  expectRefused(edited("   p2: 0.00002\n", "   p2: 0.00002\n   k3: 0.1\n"),
+                "distortion_parameters.k3 is 0.1, must be 0: PINHOLE has k1, k2, p1 and p2");
   expectRefused(edited("extrinsicRotation", "extrinsic_rotation"), "extrinsicRotation is missing");
   expectRefused(edited("extrinsicTranslation", "tic"), "extrinsicTranslation is missing");
 }

@@ -229,7 +229,7 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
   writeBag([](rosbag::Bag& bag) {
     std::vector<sensor_msgs::Image> messages = {
         imageMessage(0, TinyRecording::image(0), "mono8"),
-        imageMessage(1, TinyRecording::image(1), "bayer_rggb8"),
+        imageMessage(1, TinyRecording::image(1), "bayer_rggb16"),
         imageMessage(2, TinyRecording::image(2), "mono8"),
         imageMessage(3, TinyRecording::image(3), "mono8"),
         imageMessage(4, TinyRecording::image(4), "bgr8")};  // a third of the bytes it needs
@@ -248,7 +248,7 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
         << error;
     return error;
   };
-  expectParts(problem(1), "encoding 'bayer_rggb8', must be mono8");
+  expectParts(problem(1), "encoding 'bayer_rggb16', must be mono8");
   expectParts(problem(2), "holds 100 bytes");
   expectParts(problem(3), "64 x 4000000000");
   expectParts(problem(4), "bgr8");

@@ -57,7 +57,8 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat 
 }
 
 // A far point, seen in the row that is exposed when the camera has turned towards it.
-TEST(RowExposure, TurnsARayToTheMiddleRow) {
+TEST(RowCameraTest, TurnsARayToTheMiddleRow) {
+  const Camera lens(eurocCamera());
   RowExposure rows;
   rows.readout_s = 0.03;
   rows.rate_c = Eigen::Vector3d(0.8, -1.5, 0.4);
@@ -65,17 +66,16 @@ TEST(RowExposure, TurnsARayToTheMiddleRow) {
   for (const double v : {0.0, 100.0, 240.0, 479.0}) {
     const double dt = (v / 480.0 - 0.5) * 0.03;
     const Eigen::Vector3d seen = expSO3(rows.rate_c * dt).transpose() * far;
-    EXPECT_LT((rows.atMiddleRow(seen, v, 480) - far).norm(), 1e-14);
-    EXPECT_LT((rows.atRow(far, v, 480) - seen).norm(), 1e-14);
+    EXPECT_LT((RowCamera(lens, rows).atMiddleRow(seen, v) - far).norm(), 1e-14);
+    EXPECT_LT((RowCamera(lens, rows).atOwnRow(far, v) - seen).norm(), 1e-14);
   }
   rows.readout_s = 0.0;
-  EXPECT_EQ(rows.atMiddleRow(far, 0.0, 480), far);
-  EXPECT_EQ(rows.atRow(far, 0.0, 480), far);
+  EXPECT_EQ(RowCamera(lens, rows).atMiddleRow(far, 0.0), far);
+  EXPECT_EQ(RowCamera(lens, rows).atOwnRow(far, 0.0), far);
 }
 
 TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
   const Camera lens(smallCamera());
-  const int height = lens.parameters().height;
   RowExposure rows;
   rows.readout_s = 0.03;
   rows.rate_c = Eigen::Vector3d(1.5, -1.0, 2.0);
@@ -83,11 +83,11 @@ TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
   for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(60.0, 20.0), Eigen::Vector2d(180.0, 119.0),
                                        Eigen::Vector2d(300.0, 215.0)}) {
     const Eigen::Vector3d middle = camera.bearing(pixel);
-    EXPECT_EQ(middle, rows.atMiddleRow(lens.bearing(pixel), pixel.y(), height));
+    EXPECT_EQ(middle, camera.atMiddleRow(lens.bearing(pixel), pixel.y()));
     Eigen::Vector2d back;
     ASSERT_TRUE(camera.project(middle, &back));
     EXPECT_LT((back - pixel).norm(), 0.01);
-    EXPECT_LT((camera.atOwnRow(middle, pixel) - lens.bearing(pixel)).norm(), 1e-12);
+    EXPECT_LT((camera.atOwnRow(middle, pixel.y()) - lens.bearing(pixel)).norm(), 1e-12);
     // All rows at once: the lens itself.
     Eigen::Vector2d plain, expected;
     ASSERT_TRUE(RowCamera(lens).project(middle, &plain) && lens.project(middle, &expected));
@@ -160,6 +160,17 @@ TEST(Corners, NoneFromNoiseOnAnyLevel) {
   }
 }
 
+// Under a lens cap, at night, or overexposed.
+TEST(Corners, NoneFromNoiseThatIsClipped) {
+  for (const double brightness : {0.0, 1.0, 254.0, 255.0}) {
+    for (const double sigma : {1.0, 4.0}) {
+      const cv::Mat image = flatImage(brightness, sigma, 7);
+      EXPECT_GT(measureNoise(image), 0.4 * sigma) << brightness;
+      EXPECT_TRUE(cornersOf(image, 2.0).empty()) << brightness << " " << sigma;
+    }
+  }
+}
+
 TEST(Corners, OfABoardAndNotOfItsEdges) {
   cv::Mat image(480, 752, CV_8UC1, cv::Scalar(60));
   // Four corners, 200 px of edge between them, tilted so that the edges are stair steps.
@@ -228,10 +239,18 @@ cv::Mat texture(const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine, do
   });
 }
 
-TEST(PatchAnchorTest, FindsItselfThroughAffineMapsAndExposure) {
-  const Eigen::Vector2d here(58.3, 61.6);
+cv::Mat plainTexture(const Eigen::Vector2d& centre) {
+  return texture(centre, Eigen::Matrix2d::Identity(), 1.0, 40.0);
+}
+
+PatchAnchor anchorAt(const Eigen::Vector2d& here) {
   PatchAnchor anchor;
-  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
+  EXPECT_TRUE(anchor.set(plainTexture(here), here, 1.0));
+  return anchor;
+}
+
+TEST(PatchAnchorTest, FindsItselfThroughAffineMapsAndExposure) {
+  PatchAnchor anchor = anchorAt({58.3, 61.6});
   const Eigen::Vector2d there(60.45, 59.2);
   Eigen::Matrix2d affine;
   affine << 1.12, -0.08, 0.10, 1.05;
@@ -247,8 +266,7 @@ TEST(PatchAnchorTest, FindsItselfThroughAffineMapsAndExposure) {
 
 TEST(PatchAnchorTest, ToldOfALargeTurnItFollows) {
   const Eigen::Vector2d here(60.0, 60.0);
-  PatchAnchor anchor;
-  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
+  PatchAnchor anchor = anchorAt(here);
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(0.9).toRotationMatrix();
   const cv::Mat now = texture(here, turn, 1.0, 40.0);
   const PatchAnchor::Match untold = anchor.align(now, here, 1.0);
@@ -261,10 +279,7 @@ TEST(PatchAnchorTest, ToldOfALargeTurnItFollows) {
 
 TEST(PatchAnchorTest, DoesNotRecogniseSomethingElse) {
   const Eigen::Vector2d here(60.0, 60.0);
-  PatchAnchor anchor;
-  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
-  const PatchAnchor::Match match = anchor.align(
-      texture(Eigen::Vector2d(1000.0, -700.0), Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0);
+  const PatchAnchor::Match match = anchorAt(here).align(plainTexture({1000.0, -700.0}), here, 1.0);
   EXPECT_TRUE(!match.ok || match.correlation < 0.8);
 }
 
@@ -272,7 +287,7 @@ TEST(PatchAnchorTest, NeedsTextureAndRoom) {
   PatchAnchor anchor;
   EXPECT_FALSE(anchor.set(flatImage(100.0, 0.0, 1), {100.0, 100.0}, 1.0));
   EXPECT_FALSE(anchor.align(flatImage(100.0, 0.0, 1), {100.0, 100.0}, 1.0).ok);
-  const cv::Mat image = texture({60.0, 60.0}, Eigen::Matrix2d::Identity(), 1.0, 40.0);
+  const cv::Mat image = plainTexture({60.0, 60.0});
   EXPECT_FALSE(anchor.set(image, {4.0, 60.0}, 1.0));
   EXPECT_FALSE(anchor.set(image, {60.0, 119.0}, 1.0));
   ASSERT_TRUE(anchor.set(image, {60.0, 60.0}, 1.0));
@@ -293,9 +308,12 @@ TEST(PatchAnchorTest, RefusesAnEdge) {
   EXPECT_TRUE(anchor.set(image, {60.0, 60.0}, 2.0));
 }
 
+using Flags = std::vector<unsigned char>;
+Flags allInliers(std::size_t count) { return Flags(count, 1); }
+
 struct Scene {
   std::vector<Eigen::Vector3d> rotated_before, before, now;
-  std::vector<bool> wrong;
+  Flags inlier;
 };
 
 Scene makeScene(const Eigen::Vector3d& translation, double noise_rad, int count, int wrong) {
@@ -309,7 +327,7 @@ Scene makeScene(const Eigen::Vector3d& translation, double noise_rad, int count,
                                 4.0 + 2.0 * uniform(random)};
     Eigen::Vector3d now = (R_now_before * (place - translation)).normalized();
     for (int axis = 0; axis < 2; ++axis) now[axis] += normal(random);
-    scene.wrong.push_back(i < wrong);
+    scene.inlier.push_back(i < wrong ? 0 : 1);
     // Off its epipolar line by 8 px at 460 px.
     if (i < wrong) {
       const Eigen::Vector3d epipole = R_now_before * translation.normalized();
@@ -328,10 +346,7 @@ TEST(KnownRotation, FindsExactlyThePlantedOutliers) {
         Eigen::Vector3d(-0.02, 0.03, 0.05)}) {
     const Scene scene = makeScene(translation, 0.2 / 460.0, 150, 60);
     const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
-    ASSERT_EQ(fit.flags.size(), scene.wrong.size());
-    for (std::size_t i = 0; i < fit.flags.size(); ++i) {
-      EXPECT_EQ(fit.flags[i] != 0, !scene.wrong[i]) << i;
-    }
+    EXPECT_EQ(fit.flags, scene.inlier);
     const Eigen::Vector3d expected =
         expSO3(Eigen::Vector3d(0.02, -0.03, 0.01)) * translation.normalized();
     EXPECT_LT(std::acos(std::min(1.0, std::abs(fit.epipole.dot(expected)))), 0.05);
@@ -341,17 +356,17 @@ TEST(KnownRotation, FindsExactlyThePlantedOutliers) {
 TEST(KnownRotation, WithoutTranslationNothingIsWrong) {
   const Scene scene = makeScene(Eigen::Vector3d(1e-9, 0.0, 0.0), 0.2 / 460.0, 100, 0);
   const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
-  for (const unsigned char flag : fit.flags) EXPECT_EQ(flag, 1);
+  EXPECT_EQ(fit.flags, allInliers(100));
   // And bit for bit nothing moved.
   const EpipoleFit still = knownRotationInliers(scene.now, scene.now, 460.0, 1.5);
-  for (const unsigned char flag : still.flags) EXPECT_EQ(flag, 1);
+  EXPECT_EQ(still.flags, allInliers(100));
   EXPECT_EQ(still.epipole, Eigen::Vector3d::Zero());
 }
 
 TEST(KnownRotation, FewPairsAreLeftAlone) {
   const Scene scene = makeScene(Eigen::Vector3d(0.1, 0.0, 0.0), 0.0, 2, 2);
   const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
-  EXPECT_EQ(fit.flags, (std::vector<unsigned char>{1, 1}));
+  EXPECT_EQ(fit.flags, allInliers(2));
   EXPECT_TRUE(knownRotationInliers({}, {}, 460.0, 1.5).flags.empty());
 }
 
@@ -362,6 +377,7 @@ TEST(ThreeViews, FindWhatSlidesAlongTheEpipolarLine) {
   const Eigen::Vector3d step(0.02, -0.01, 0.15);
   std::vector<Eigen::Vector3d> first, second, third;
   constexpr int kPoints = 60, kSliding = 20;
+  Flags expected = allInliers(kPoints);
   for (int i = 0; i < kPoints; ++i) {
     const Eigen::Vector3d place{2.0 * uniform(random), 1.5 * uniform(random),
                                 5.0 + 2.0 * uniform(random)};
@@ -373,29 +389,24 @@ TEST(ThreeViews, FindWhatSlidesAlongTheEpipolarLine) {
       const Eigen::Vector3d along =
           (step.normalized() - last * last.dot(step.normalized())).normalized();
       last = (last + 6.0 / 460.0 * along).normalized();
+      expected[static_cast<std::size_t>(i)] = 0;
     }
     third.push_back(last);
   }
   // No check of two views sees it.
-  const EpipoleFit two_views = knownRotationInliers(first, third, 460.0, 1.5);
-  for (const unsigned char flag : two_views.flags) EXPECT_EQ(flag, 1);
-  const std::vector<unsigned char> inlier = threeViewInliers(first, second, third, 460.0, 1.5, 0.6);
-  for (int i = 0; i < kPoints; ++i) {
-    EXPECT_EQ(inlier[static_cast<std::size_t>(i)] != 0, i < kPoints - kSliding) << i;
-  }
+  EXPECT_EQ(knownRotationInliers(first, third, 460.0, 1.5).flags, allInliers(kPoints));
+  EXPECT_EQ(threeViewInliers(first, second, third, 460.0, 1.5, 0.6), expected);
   // Nothing to tell by where nothing moves.
-  for (const unsigned char flag : threeViewInliers(first, first, first, 460.0, 1.5, 0.6)) {
-    EXPECT_EQ(flag, 1);
-  }
+  EXPECT_EQ(threeViewInliers(first, first, first, 460.0, 1.5, 0.6), allInliers(kPoints));
   EXPECT_TRUE(threeViewInliers({}, {}, {}, 460.0, 1.5, 0.6).empty());
 }
 
 TEST(Fundamental, FindsThePlantedOutliersWithoutKnowingTheRotation) {
   const Scene scene = makeScene(Eigen::Vector3d(0.3, 0.1, 0.0), 0.1 / 460.0, 150, 30);
-  const std::vector<unsigned char> inlier = fundamentalInliers(scene.before, scene.now, 460.0, 1.5);
+  const Flags inlier = fundamentalInliers(scene.before, scene.now, 460.0, 1.5);
   int caught = 0, lost = 0;
   for (std::size_t i = 0; i < inlier.size(); ++i) {
-    (scene.wrong[i] ? caught : lost) += inlier[i] == 0 ? 1 : 0;
+    (scene.inlier[i] == 0 ? caught : lost) += inlier[i] == 0 ? 1 : 0;
   }
   EXPECT_GE(caught, 27);
   EXPECT_LE(lost, 3);
@@ -425,26 +436,35 @@ cv::Mat edgeImage(const RowCamera& camera, const CameraParameters& size,
   return image;
 }
 
+// On the plane with this normal, brighter on its side: start x end points there. `half` [rad].
+struct Arc {
+  Arc(const Eigen::Vector3d& plane, double half) : normal(plane.normalized()) {
+    middle = (Eigen::Vector3d::UnitZ() - normal * normal.z()).normalized();
+    const Eigen::Vector3d along = normal.cross(middle);
+    start = std::cos(half) * middle - std::sin(half) * along;
+    end = std::cos(half) * middle + std::sin(half) * along;
+  }
+  double errorPx(const Edge& edge, double focal_px) const {
+    return std::acos(std::min(1.0, edge.normal().dot(normal))) * focal_px;
+  }
+  Eigen::Vector3d normal, middle, start, end;
+};
+
 TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   const Camera camera(smallCamera());
   // Far from the centre, where the lens bends it by several pixels.
-  const Eigen::Vector3d normal = Eigen::Vector3d(0.08, 1.0, 0.32).normalized();
-  const cv::Mat image = edgeImage(RowCamera(camera), camera.parameters(), normal, 60.0, 170.0);
-  const auto onPlane = [&normal](double x) {
-    return Eigen::Vector3d(x, -(0.08 * x + 0.32), 1.0).normalized();
-  };
-  const Eigen::Vector3d s = onPlane(-0.6), e = onPlane(0.6);
+  const Arc arc({0.08, 1.0, 0.32}, 0.52);
+  const cv::Mat image = edgeImage(RowCamera(camera), camera.parameters(), arc.normal, 60.0, 170.0);
   Eigen::Vector2d a, b, m;
-  ASSERT_TRUE(camera.project(s, &a) && camera.project(e, &b) && camera.project(onPlane(0.0), &m));
+  ASSERT_TRUE(camera.project(arc.start, &a) && camera.project(arc.end, &b) &&
+              camera.project(arc.middle, &m));
   EXPECT_GT((0.5 * (a + b) - m).norm(), 4.0) << "the image of the edge is not curved";
-  // Brighter at the side of `normal`: start x end has to point there. Begun 2 px off and tilted.
-  const Eigen::Vector3d start = s.cross(e).dot(normal) > 0.0 ? s : e;
-  const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
-  const double off = 2.0 / camera.focalPx();
+  // Begun 2 px off and tilted.
+  const Eigen::Vector3d off = 2.0 / camera.focalPx() * arc.normal;
   Edge edge;
-  ASSERT_TRUE(fitEdge(image, RowCamera(camera), (start + off * normal).normalized(),
-                      (end + 0.5 * off * normal).normalized(), 3.0, 0.5, 0.6, 0.5, &edge));
-  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.05);
+  ASSERT_TRUE(fitEdge(image, RowCamera(camera), (arc.start + off).normalized(),
+                      (arc.end + 0.5 * off).normalized(), 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_LT(arc.errorPx(edge, camera.focalPx()), 0.05);
   EXPECT_GT(edge.support, 0.95);
   EXPECT_LT(edge.rms_px, 0.1);
   Eigen::Vector2d pixel;
@@ -452,7 +472,7 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   EXPECT_LT((pixel - edge.start_pixel).norm(), 1e-9);
   EXPECT_NEAR(edge.length_px, (a - b).norm(), 5.0);
   // The other sense of brightness is another edge.
-  EXPECT_FALSE(fitEdge(image, RowCamera(camera), end, start, 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(image, RowCamera(camera), arc.end, arc.start, 3.0, 0.5, 0.6, 0.5, &edge));
 }
 
 TEST(EdgeFitTest, StraightInSpaceThoughBentByTheReadout) {
@@ -462,43 +482,32 @@ TEST(EdgeFitTest, StraightInSpaceThoughBentByTheReadout) {
   rows.rate_c = Eigen::Vector3d(0.0, 3.0, 1.0);
   const RowCamera camera(lens, rows);
   // An upright edge: every row of it is seen at another time.
-  const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 0.1, -0.1).normalized();
-  const cv::Mat image = edgeImage(camera, lens.parameters(), normal, 60.0, 170.0);
-  const auto onPlane = [&normal](double y) {
-    return Eigen::Vector3d((0.1 - 0.1 * y) / 1.0, y, 1.0).normalized();
-  };
-  const Eigen::Vector3d s = onPlane(-0.4), e = onPlane(0.4);
-  ASSERT_LT(std::abs(s.dot(normal)) + std::abs(e.dot(normal)), 1e-12);
-  const Eigen::Vector3d start = s.cross(e).dot(normal) > 0.0 ? s : e;
-  const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
+  const Arc arc({1.0, 0.1, -0.1}, 0.38);
+  const cv::Mat image = edgeImage(camera, lens.parameters(), arc.normal, 60.0, 170.0);
   Edge edge, bent;
-  ASSERT_TRUE(fitEdge(image, camera, start, end, 3.0, 0.5, 0.6, 0.5, &edge));
-  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * lens.focalPx(), 0.05);
+  ASSERT_TRUE(fitEdge(image, camera, arc.start, arc.end, 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_LT(arc.errorPx(edge, lens.focalPx()), 0.05);
   EXPECT_LT(edge.rms_px, 0.1);
   // Taken for a global shutter, the same edge is elsewhere and no straight line.
-  const bool found = fitEdge(image, RowCamera(lens), rows.atRow(start, edge.start_pixel.y(), 240),
-                             rows.atRow(end, edge.end_pixel.y(), 240), 6.0, 0.5, 0.6, 1.5, &bent);
+  const bool found =
+      fitEdge(image, RowCamera(lens), camera.atOwnRow(arc.start, edge.start_pixel.y()),
+              camera.atOwnRow(arc.end, edge.end_pixel.y()), 6.0, 0.5, 0.6, 1.5, &bent);
   EXPECT_TRUE(!found || bent.rms_px > 2.0 * edge.rms_px);
 }
 
 TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
-  const Camera camera(smallCamera());
-  const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 0.3, -0.1).normalized();
-  cv::Mat image = edgeImage(RowCamera(camera), camera.parameters(), normal, 90.0, 130.0);
+  const Camera lens(smallCamera());
+  const RowCamera camera(lens);
+  const Arc arc({1.0, 0.3, -0.1}, 0.29);
+  cv::Mat image = edgeImage(camera, lens.parameters(), arc.normal, 90.0, 130.0);
   addNoise(3.0, 5, &image);
-  const Eigen::Vector3d along = normal.cross(Eigen::Vector3d::UnitZ()).normalized();
-  const Eigen::Vector3d middle = along.cross(normal);
-  const Eigen::Vector3d s = (middle - 0.3 * along).normalized();
-  const Eigen::Vector3d e = (middle + 0.3 * along).normalized();
-  const bool in_order = s.cross(e).dot(normal) > 0.0;
   Edge edge;
-  ASSERT_TRUE(fitEdge(image, RowCamera(camera), in_order ? s : e, in_order ? e : s, 3.0, 3.0, 0.6,
-                      0.5, &edge));
-  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.15);
+  ASSERT_TRUE(fitEdge(image, camera, arc.start, arc.end, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_LT(arc.errorPx(edge, camera.focalPx()), 0.15);
   cv::Mat blank(image.size(), CV_8UC1, cv::Scalar(100));
   addNoise(3.0, 6, &blank);
-  EXPECT_FALSE(fitEdge(blank, RowCamera(camera), s, e, 3.0, 3.0, 0.6, 0.5, &edge));
-  EXPECT_FALSE(fitEdge(image, RowCamera(camera), s, s, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(blank, camera, arc.start, arc.end, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(image, camera, arc.start, arc.start, 3.0, 3.0, 0.6, 0.5, &edge));
 }
 
 // Segments of an image as it is, without a level of the pyramid in between.
@@ -623,7 +632,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
     prior.dt_ratio = prior.dt_s / 0.05;
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0, &now);
     ImageReport report;
-    tracker.follow(0.0, before, now, &prior, &report);
+    tracker.follow(0.0, &before, now, &prior, &report);
     tracker.refill(now, &report);
     int count = 0, old = 0;
     for (const PointTrack& track : tracker.tracks()) {
@@ -657,11 +666,11 @@ std::vector<int> levelsOfCorners(cv::Mat image, double noise) {
   FrontEndOptions options;
   options.points.max_points = 400;
   PointTracker tracker(camera, options);
-  ImagePyramid pyramid;
+  ImagePyramid none, pyramid;
   buildImagePyramid(image, options.points.window_px, options.points.levels, 0, &pyramid);
   ImageReport report;
   RotationPrior prior;
-  tracker.follow(0.0, ImagePyramid(), pyramid, &prior, &report);
+  tracker.follow(0.0, &none, pyramid, &prior, &report);
   tracker.refill(pyramid, &report);
   std::vector<int> levels;
   for (const PointTrack& track : tracker.tracks()) levels.push_back(track.level);

@@ -26,15 +26,6 @@ inline CameraParameters smallCamera() {
   return camera;
 }
 
-/// EuRoC's lens at its own resolution.
-inline CameraParameters eurocCamera() {
-  CameraParameters camera = smallCamera();
-  camera.width *= 2;
-  camera.height *= 2;
-  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= 2.0;
-  return camera;
-}
-
 /// The colour camera of a RealSense, twice EuRoC's focal length.
 inline CameraParameters hdCamera() { return cameraOf(1280, 720, 906.0, 906.0, 640.0, 360.0); }
 

@@ -3,61 +3,27 @@
 // Real images of a vehicle that stands still. Skipped where the recording is not at hand.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
-#include <set>
-#include <sstream>
+#include <filesystem>
 #include <string>
-#include <vector>
 
 #include "slim_init/config/config.h"
+#include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "support/frames.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
 const std::string kSnippet = SLIM_INIT_SNIPPET;
 
-struct Recording {
-  std::vector<std::pair<double, cv::Mat>> images;
-  std::vector<ImuSample> imu;
-};
-
-bool readSnippet(Recording* recording) {
-  std::ifstream images(kSnippet + "/mav0/cam0/data.csv"), imu(kSnippet + "/mav0/imu0/data.csv");
-  if (!images.is_open() || !imu.is_open()) return false;
-  std::string line;
-  long long t0 = -1;
-  while (std::getline(images, line)) {
-    if (line.empty() || line[0] == '#') continue;
-    const long long t = std::stoll(line);
-    if (t0 < 0) t0 = t;
-    std::string name = line.substr(line.find(',') + 1);
-    while (!name.empty() && std::isspace(static_cast<unsigned char>(name.back()))) name.pop_back();
-    recording->images.emplace_back(
-        static_cast<double>(t - t0) * 1e-9,
-        cv::imread(kSnippet + "/mav0/cam0/data/" + name, cv::IMREAD_GRAYSCALE));
-  }
-  while (std::getline(imu, line)) {
-    if (line.empty() || line[0] == '#') continue;
-    for (char& c : line) c = c == ',' ? ' ' : c;
-    std::istringstream in(line);
-    long long t = 0;
-    ImuSample sample;
-    in >> t >> sample.gyro.x() >> sample.gyro.y() >> sample.gyro.z() >> sample.accel.x() >>
-        sample.accel.y() >> sample.accel.z();
-    sample.t = static_cast<double>(t - t0) * 1e-9;
-    recording->imu.push_back(sample);
-  }
-  return !recording->images.empty() && !recording->imu.empty();
-}
-
 class Snippet : public ::testing::TestWithParam<TrackerProfile> {};
 
 TEST_P(Snippet, TracksPersist) {
-  Recording recording;
   // The EuRoC recordings are not part of the repository (their licence is not ours).
-  if (!readSnippet(&recording)) GTEST_SKIP() << "no recording in " << kSnippet;
+  if (!std::filesystem::exists(kSnippet)) GTEST_SKIP() << "no recording in " << kSnippet;
+  evaluation::ReadStatus status;
+  const auto recording = evaluation::openAslFolder(kSnippet, 0.05, &status);
+  ASSERT_NE(recording, nullptr) << status.message;
   Config config;
   std::string error;
   ASSERT_TRUE(loadConfig(SLIM_INIT_SOURCE_DIR "/config/euroc.yaml", &config, &error)) << error;
@@ -67,23 +33,19 @@ TEST_P(Snippet, TracksPersist) {
   ImageFrontEnd front_end(config.camera, config.calibration, config.front_end);
   FrameObservation frame, before;
   std::size_t next_imu = 0;
-  for (std::size_t k = 0; k < recording.images.size(); ++k) {
-    const auto& [t, image] = recording.images[k];
-    while (next_imu < recording.imu.size() && recording.imu[next_imu].t <= t) {
-      front_end.addImu(recording.imu[next_imu++]);
+  for (std::size_t k = 0; k < recording->images(); ++k) {
+    const double t = recording->imageTime(k);
+    while (next_imu < recording->imu().size() && recording->imu()[next_imu].t <= t) {
+      front_end.addImu(recording->imu()[next_imu++]);
     }
     before = frame;
-    ASSERT_EQ(front_end.addImage(t, image, &frame), ImageStatus::kTracked);
+    ASSERT_EQ(front_end.addImage(t, recording->image(k, nullptr), &frame), ImageStatus::kTracked);
     if (k == 0) continue;
-    std::set<FeatureId> points, lines;
-    for (const PointObservation& point : before.points) points.insert(point.id);
-    for (const LineObservation& line : before.lines) lines.insert(line.id);
-    std::size_t points_persist = 0, lines_persist = 0;
-    for (const PointObservation& point : frame.points) points_persist += points.count(point.id);
-    for (const LineObservation& line : frame.lines) lines_persist += lines.count(line.id);
-    EXPECT_GE(points_persist, as_vins ? 80U : 100U) << "image " << k;
+    const int points_persist = countIn(idSet(before.points), frame.points);
+    const int lines_persist = countIn(idSet(before.lines), frame.lines);
+    EXPECT_GE(points_persist, as_vins ? 80 : 100) << "image " << k;
     if (!as_vins) {
-      EXPECT_GE(lines_persist, 40U) << "image " << k;
+      EXPECT_GE(lines_persist, 40) << "image " << k;
     }
   }
   if (as_vins) return;

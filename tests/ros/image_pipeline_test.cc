@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/image_message.h"
@@ -321,6 +322,7 @@ struct ImageMessage {
   std::uint32_t width = 2, height = 2, step = 2;
   std::string encoding = "mono8";
   std::vector<std::uint8_t> data = std::vector<std::uint8_t>(4, 3);
+  std::uint8_t is_bigendian = 0;
 };
 
 TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
@@ -330,7 +332,12 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
       {{}, ""},
       {{2, 2, 6, "rgb8", colours}, ""},
       {{2, 2, 2, "rgb8"}, "claims to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes"},
-      {{2, 2, 6, "bayer_rggb8", colours}, "has encoding 'bayer_rggb8', must be mono8"},
+      {{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77)}, ""},
+      {{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77), 1}, "has 16-bit pixels, most"},
+      {{2, 2, 3, "mono16", colours}, "claims to be 2 x 2"},
+      {{2, 2, 4, "yuv422", {128, 9, 128, 9, 128, 77, 128, 77}}, ""},
+      {{2, 2, 4, "yuv422_yuy2", {9, 128, 9, 128, 77, 128, 77, 77}}, ""},
+      {{2, 2, 6, "bayer_rggb16", colours}, "has encoding 'bayer_rggb16', must be mono8"},
       {{2, 2, 2, "mono8", {3, 3, 3}}, "claims to be 2 x 2"},
       {{0, 2, 2}, "claims to be 0 x 2"},
       {{kMost, kMost, kMost}, "claims to be "}};
@@ -341,6 +348,22 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
     if (*said != '\0') continue;
     EXPECT_EQ(problem, "");
     EXPECT_EQ(grey.at<std::uint8_t>(1, 0), message.data.back());
+  }
+}
+
+// A red, a green and a blue wall: the grey value tells the colours apart.
+TEST(ImageMessageTest, BayerPatternsHaveTheirColours) {
+  const std::tuple<char, int> greys[] = {{'r', 60}, {'g', 117}, {'b', 23}};
+  for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
+    for (const auto& [colour, expected] : greys) {
+      ImageMessage message{8, 8, 8, "bayer_" + pattern + "8", std::vector<std::uint8_t>(64)};
+      for (std::size_t i = 0; i < 64; ++i) {
+        message.data[i] = pattern[2 * (i / 8 % 2) + i % 2] == colour ? 200 : 0;
+      }
+      cv::Mat grey;
+      EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
+      for (const int at : {3, 4}) EXPECT_NEAR(grey.at<std::uint8_t>(at, at), expected, 1);
+    }
   }
 }
 

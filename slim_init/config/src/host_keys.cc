@@ -136,6 +136,15 @@ CameraParameters readCamera(const cv::FileNode& root) {
     readRequired(distortion, std::string(names->distortion_section) + ".", names->distortion[i],
                  kPurpose, &camera.distortion[i]);
   }
+  // Of lens models with more coefficients; without them the rays would be those of another lens.
+  for (const char* key : {"k3", "k4", "k5", "k6"}) {
+    double value = 0.0;
+    if (camera.model != CameraModel::kKannalaBrandt) readOptional(distortion, key, &value);
+    if (value != 0.0) {
+      fail(names->distortion_section, ".", key, " is ", value,
+           ", must be 0: ", toString(camera.model), " has k1, k2, p1 and p2");
+    }
+  }
   if (camera.model == CameraModel::kMei) {
     readRequired(requiredSection(root, "mirror_parameters"), "mirror_parameters.", "xi", kPurpose,
                  &camera.xi);

@@ -20,19 +20,28 @@ namespace slim_init::feature_tracker_lines {
 /// An encoding of sensor_msgs/Image that can be turned to grey.
 struct ImageEncoding {
   const char* name;
-  int channels;
+  int type;     ///< of cv::Mat
   int to_grey;  ///< code of cv::cvtColor; -1: is grey
 };
 
 /// All encodings that are read.
 inline constexpr ImageEncoding kImageEncodings[] = {
-    {"mono8", 1, -1},
-    {"8UC1", 1, -1},
-    {"bgr8", 3, cv::COLOR_BGR2GRAY},
-    {"8UC3", 3, cv::COLOR_BGR2GRAY},
-    {"rgb8", 3, cv::COLOR_RGB2GRAY},
-    {"bgra8", 4, cv::COLOR_BGRA2GRAY},
-    {"rgba8", 4, cv::COLOR_RGBA2GRAY},
+    {"mono8", CV_8UC1, -1},
+    {"8UC1", CV_8UC1, -1},
+    {"mono16", CV_16UC1, -1},
+    {"16UC1", CV_16UC1, -1},
+    {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"8UC3", CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY},
+    {"bgra8", CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"rgba8", CV_8UC4, cv::COLOR_RGBA2GRAY},
+    // OpenCV names a pattern by its second row.
+    {"bayer_rggb8", CV_8UC1, cv::COLOR_BayerBG2GRAY},
+    {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY},
+    {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY},
+    {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY},
+    {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+    {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
 };
 
 /// A name from a message, in quotes and shortened: it may contain anything.
@@ -56,7 +65,9 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
     }
     return text("has encoding ", shownName(message.encoding), ", must be ", list);
   }
-  const std::uint64_t row = std::uint64_t{message.width} * encoding->channels;
+  const bool wide = CV_MAT_DEPTH(encoding->type) == CV_16U;
+  if (wide && message.is_bigendian != 0) return "has 16-bit pixels, most significant byte first";
+  const std::uint64_t row = std::uint64_t{message.width} * CV_ELEM_SIZE(encoding->type);
   const std::uint64_t needed = std::uint64_t{message.step} * message.height;
   if (message.width == 0 || message.height == 0 || message.step < row ||
       message.data.size() < needed) {
@@ -64,10 +75,11 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
                 " bytes (", encoding->name, "), but holds ", message.data.size(), " bytes");
   }
   const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width),
-                       CV_8UC(encoding->channels), const_cast<std::uint8_t*>(message.data.data()),
+                       encoding->type, const_cast<std::uint8_t*>(message.data.data()),
                        message.step);
+  *grey = cv::Mat();
   if (encoding->to_grey < 0) {
-    *grey = pixels.clone();
+    pixels.convertTo(*grey, CV_8U, wide ? 255.0 / 65535.0 : 1.0);  // as cv_bridge does
   } else {
     cv::cvtColor(pixels, *grey, encoding->to_grey);
   }
