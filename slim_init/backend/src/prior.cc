@@ -13,16 +13,9 @@ namespace {
 // Eigenvalues at unit diagonal below this are rounding: such a direction carries no information.
 constexpr double kNoInformation = 1e-10;
 
-constexpr double kPositionWeight = 1.0 / AnchorCost::kPosition;
-constexpr double kYawWeight = 1.0 / AnchorCost::kYaw;
-// Trust in the biases of the seed, standard deviations of 0.02 rad/s and 0.2 m/s^2.
-constexpr double kGyroBiasWeight = 1.0 / 0.02;
-constexpr double kAccelBiasWeight = 1.0 / 0.2;
-
-BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
-  const Frame& frame = *findFrame(frames, key.frame);
+BlockPoint presentPoint(BlockKind kind, const Frame& frame) {
   BlockPoint point;
-  if (key.kind == BlockKind::kPose) {
+  if (kind == BlockKind::kPose) {
     point.R = frame.rotation();
     point.x = Eigen::VectorXd::Zero(kPoseSize);
     point.x.head<3>() = frame.position();
@@ -30,6 +23,10 @@ BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
     point.x = frame.motionVector();
   }
   return point;
+}
+
+BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
+  return presentPoint(key.kind, *findFrame(frames, key.frame));
 }
 
 // The block's parameters at a point, theta counted from the frame's reference.
@@ -79,6 +76,25 @@ double* blockData(const BlockKey& key, const Frames& frames) {
   return key.kind == BlockKind::kPose ? frame.pose.data() : frame.motion.data();
 }
 
+Prior anchorAt(const Frame& frame) {
+  // What holds the free position and heading of the window [m], [rad], and the trust in the biases
+  // of the seed [rad/s], [m/s^2]: standard deviations.
+  constexpr double kPosition = 1e-3, kYaw = 1e-3, kGyroBias = 0.02, kAccelBias = 0.2;
+  Prior prior;
+  for (const BlockKind kind : {BlockKind::kPose, BlockKind::kMotion}) {
+    prior.blocks.push_back({frame.id, kind});
+    prior.first.push_back(presentPoint(kind, frame));
+  }
+  prior.J = Eigen::MatrixXd::Zero(10, kPoseSize + kMotionSize);
+  prior.J.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / kPosition);
+  // The vertical part, in the world, of a turn in the body.
+  prior.J.block<1, 3>(3, 3) = frame.rotation().row(2) / kYaw;
+  prior.J.block<3, 3>(4, kPoseSize + 3).diagonal().setConstant(1.0 / kGyroBias);
+  prior.J.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / kAccelBias);
+  prior.r0 = Eigen::VectorXd::Zero(10);
+  return prior;
+}
+
 // ---- the factor
 // ----------------------------------------------------------------------------------
 
@@ -118,39 +134,6 @@ bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
     column += key.size();
   }
   Eigen::Map<Eigen::VectorXd>(residuals, prior_.r0.size()) = prior_.r0 + prior_.J * dx;
-  return true;
-}
-
-bool AnchorCost::Evaluate(double const* const* parameters, double* residuals,
-                          double** jacobians) const {
-  const Eigen::Map<const Vector6d> pose(parameters[0]);
-  const Eigen::Map<const Vector9d> motion(parameters[1]);
-  const Eigen::Vector3d theta = pose.tail<3>();
-  const Eigen::Matrix3d R = frame_.R_ref * expSO3(theta);
-  // The turn from the seed's attitude, in the world; its vertical part is the change of heading.
-  const Eigen::Vector3d turn = logSO3(R * seed_.R_w_b.transpose());
-
-  Eigen::Map<Eigen::Matrix<double, 10, 1>> r(residuals);
-  r.head<3>() = kPositionWeight * (pose.head<3>() - seed_.p_w_b);
-  r[3] = kYawWeight * turn.z();
-  r.segment<3>(4) = kGyroBiasWeight * (motion.segment<3>(3) - seed_.gyro_bias);
-  r.tail<3>() = kAccelBiasWeight * (motion.tail<3>() - seed_.accel_bias);
-  if (jacobians == nullptr) return true;
-
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 10, kPoseSize, Eigen::RowMajor>> J(jacobians[0]);
-    J.setZero();
-    J.block<3, 3>(0, 0).diagonal().setConstant(kPositionWeight);
-    // A turn on the left: the inverse left Jacobian is the right one of the negative vector.
-    J.block<1, 3>(3, 3) =
-        kYawWeight * (rightJacobianInverse(-turn) * R * rightJacobian(theta)).row(2);
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 10, kMotionSize, Eigen::RowMajor>> J(jacobians[1]);
-    J.setZero();
-    J.block<3, 3>(4, 3).diagonal().setConstant(kGyroBiasWeight);
-    J.block<3, 3>(7, 6).diagonal().setConstant(kAccelBiasWeight);
-  }
   return true;
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "imu/preintegration.h"
 #include "inertial_cost.h"
@@ -123,10 +122,9 @@ class Estimator : public SlidingWindowEstimator {
                             " frames (must be equal, minimum 2)");
       return report;
     }
-    prior_ = Prior();
     points_.forgetDistances();
     for (std::size_t k = 0; k < states.size(); ++k) frames_[k]->set(states[k]);
-    anchor_ = states.front();
+    prior_ = anchorAt(*frames_.front());
     links_.clear();
     seeded_ = true;
     loosenContradictedLinks();
@@ -163,7 +161,6 @@ class Estimator : public SlidingWindowEstimator {
   void unseed() override {
     seeded_ = false;
     prior_ = Prior();
-    anchor_.reset();
     points_.forgetDistances();
   }
 
@@ -172,7 +169,6 @@ class Estimator : public SlidingWindowEstimator {
     links_.clear();
     points_.clear();
     prior_ = Prior();
-    anchor_.reset();
     imu_.clear();
     seeded_ = false;
   }
@@ -355,11 +351,6 @@ class Estimator : public SlidingWindowEstimator {
       problem.AddResidualBlock(cost.release(), nullptr, block(poseOf(i)), block(motionOf(i)),
                                block(poseOf(j)), block(motionOf(j)));
     }
-    if (anchor_.has_value()) {
-      const Frame& frame = *frames_.front();
-      problem.AddResidualBlock(new AnchorCost(frame, *anchor_), nullptr, block(poseOf(frame)),
-                               block(motionOf(frame)));
-    }
     if (!prior_.empty()) {
       std::vector<double*> blocks;
       for (const BlockKey& key : prior_.blocks) blocks.push_back(block(key));
@@ -440,11 +431,11 @@ class Estimator : public SlidingWindowEstimator {
     const Frame& oldest = *frames_.front();
     const Frame& next = *frames_[1];
     const FrameId newest = frames_.back()->id;
-    Marginalization marginalization(frames_, prior_);
-    if (anchor_.has_value()) {
-      marginalization.add(AnchorCost(oldest, *anchor_), {poseOf(oldest), motionOf(oldest)});
-      anchor_.reset();
-    }
+    // The anchor of a seed, on the oldest frame alone, is one more factor: no other frame has been
+    // linearised with it.
+    const bool is_anchor = !prior_.empty() && prior_.blocks.back().frame == oldest.id;
+    Marginalization marginalization(frames_, is_anchor ? Prior() : prior_);
+    if (is_anchor) marginalization.add(PriorCost(prior_, frames_), prior_.blocks);
     marginalization.add(*inertialCost(0),
                         {poseOf(oldest), motionOf(oldest), poseOf(next), motionOf(next)});
     const int kept_views = kWindowFrames / 2;
@@ -520,8 +511,7 @@ class Estimator : public SlidingWindowEstimator {
   Frames frames_;
   std::vector<Link> links_;  ///< between neighbouring frames
   PointTracks points_;
-  Prior prior_;
-  std::optional<NavState> anchor_;  ///< of the oldest frame, from a seed until it is marginalised
+  Prior prior_;  ///< from a seed until its first frame is marginalised, anchorAt() that frame
   FrameId next_id_ = 0;
   bool seeded_ = false;
 };

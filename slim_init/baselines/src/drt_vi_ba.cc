@@ -13,8 +13,7 @@ namespace slim_init::baselines {
 namespace {
 
 // DRT-l's gates with what the refinement has changed: scale and its standard deviation.
-void updateGates(const AlignmentGateOptions& options, double max_scale_sigma, double camera_spread,
-                 InitResult* result) {
+void updateGates(double max_scale_sigma, double camera_spread, InitResult* result) {
   AlignmentMeasures measures;
   measures.scale = camera_spread;
   measures.scale_sigma = result->scale_sigma;
@@ -30,7 +29,7 @@ void updateGates(const AlignmentGateOptions& options, double max_scale_sigma, do
     }
   }
   result->gates = gates;
-  appendGates(alignmentGates(measures, options, max_scale_sigma), result);
+  appendGates(alignmentGates(measures, max_scale_sigma), result);
 }
 
 }  // namespace
@@ -60,8 +59,7 @@ InitResult solveDrtViBa(const InitWindow& window, const InitializerOptions& opti
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(baseline_options.alignment_gates,
-              gatesInForce(options.gates, window, options.window).max_scale_sigma,
+  updateGates(gatesInForce(options.gates, window, options.window).max_scale_sigma,
               cameraSpread(window, state), &result);
   decide(options.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");

@@ -119,7 +119,6 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   for (const GateValue& gate :
        alignmentGates({kNotComputed, cameraSpread(window, state), alignment.residual_rms,
                        alignment.scale_sigma},
-                      baseline_options.alignment_gates,
                       gatesInForce(options.gates, window, options.window).max_scale_sigma)) {
     // Of the linear translation system, which this method does not have.
     if (gate.name != GateName::kLinkage) result.gates.push_back(gate);
