@@ -38,13 +38,6 @@ Eigen::VectorXd parametersAt(const BlockKey& key, const BlockPoint& point, const
   return x;
 }
 
-// Change from `from` to `to` in the tangent space of `from`.
-Eigen::VectorXd difference(const BlockKey& key, const BlockPoint& to, const BlockPoint& from) {
-  Eigen::VectorXd d = to.x - from.x;
-  if (key.kind == BlockKind::kPose) d.tail<3>() = logSO3(from.R.transpose() * to.R);
-  return d;
-}
-
 // A = D V S V^T D with unit diagonal inside, the small part of S cut.
 struct ScaledEigen {
   explicit ScaledEigen(const Eigen::MatrixXd& A) {
@@ -174,7 +167,7 @@ Marginalization::Linearized Marginalization::linearize(const ceres::CostFunction
   std::vector<RowMajor> J;
   for (const BlockKey& key : blocks) {
     const auto found = first_.find(key);
-    present.push_back(parametersAt(key, presentPoint(key, frames_), frames_));
+    present.emplace_back(Eigen::Map<const Eigen::VectorXd>(blockData(key, frames_), key.size()));
     at_first.push_back(found == first_.end() ? present.back()
                                              : parametersAt(key, found->second, frames_));
     J.emplace_back(rows, key.size());
@@ -206,15 +199,12 @@ Marginalization::Linearized Marginalization::linearize(const ceres::CostFunction
   out.r = out.r_present;
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     Eigen::MatrixXd J_k = J[k];
-    const BlockKey& key = blocks[k];
-    if (key.kind == BlockKind::kPose) {
+    if (blocks[k].kind == BlockKind::kPose) {
       const Eigen::Vector3d theta = at_first[k].tail<3>();
       J_k.rightCols<3>() = J_k.rightCols<3>() * rightJacobianInverse(theta);
     }
-    const auto found = first_.find(key);
-    if (found != first_.end()) {
-      out.r -= J_k * difference(key, presentPoint(key, frames_), found->second);
-    }
+    // With theta at zero the change from the first attitude is minus its theta.
+    out.r -= J_k * (present[k] - at_first[k]);
     out.J.push_back(std::move(J_k));
   }
   return out;

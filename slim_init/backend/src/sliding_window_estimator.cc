@@ -104,13 +104,12 @@ class Estimator : public SlidingWindowEstimator {
     FrameReport report;
     report.problem = checkFrame(observation);
     if (!report.ok()) return report;
-    appendFrame(observation, &report);
-    report.keyframe = keyframeBeforeNewest(report.tracked);
+    const bool keyframe = keyframeBeforeNewest(appendFrame(observation));
     if (seeded_) {
-      optimizeAndSlide(1, &report);
+      optimizeAndSlide(1, keyframe, &report);
     } else {
       const bool long_enough = frames_.back()->t - frames_.front()->t >= kStartWindow;
-      slide(report.keyframe || long_enough);
+      slide(keyframe || long_enough);
     }
     return report;
   }
@@ -128,9 +127,8 @@ class Estimator : public SlidingWindowEstimator {
     links_.clear();
     seeded_ = true;
     loosenContradictedLinks();
-    report.keyframe = true;
     // Twice: the intervals are integrated anew at the biases of the first solve.
-    optimizeAndSlide(2, &report);
+    optimizeAndSlide(2, true, &report);
     return report;
   }
 
@@ -187,8 +185,9 @@ class Estimator : public SlidingWindowEstimator {
     return "";
   }
 
-  /// The frame, carried to its place by the IMU, and its points.
-  void appendFrame(const FrameObservation& observation, FrameReport* report) {
+  /// The frame, carried to its place by the IMU, and its points. Returns how many of them the frame
+  /// before saw too.
+  int appendFrame(const FrameObservation& observation) {
     auto frame = std::make_unique<Frame>();
     frame->id = next_id_++;
     frame->stamp = observation.t;
@@ -207,8 +206,8 @@ class Estimator : public SlidingWindowEstimator {
       }
       links_.push_back({link, 1.0});
     }
-    report->tracked = points_.addFrame(frame->id, previous, observation.points);
     frames_.push_back(std::move(frame));
+    return points_.addFrame(frames_.back()->id, previous, observation.points);
   }
 
   /// Whether the frame before the newest is worth keeping: it moved since the keyframe before it,
@@ -221,7 +220,7 @@ class Estimator : public SlidingWindowEstimator {
     return parallax.tracks < kMinTracked || parallax.mean * calibration_.focal_px >= kMinParallaxPx;
   }
 
-  void optimizeAndSlide(int rounds, FrameReport* report) {
+  void optimizeAndSlide(int rounds, bool keyframe, FrameReport* report) {
     for (int round = 0; round < rounds && report->ok(); ++round) {
       updateLinks();
       points_.triangulate(frames_, calibration_, kDefaultDepth);
@@ -233,7 +232,7 @@ class Estimator : public SlidingWindowEstimator {
     } else {
       unseed();
     }
-    slide(report->keyframe);
+    slide(keyframe);
   }
 
   // ---- inertial links ----
@@ -357,10 +356,8 @@ class Estimator : public SlidingWindowEstimator {
       problem.AddResidualBlock(new PriorCost(prior_, frames_), nullptr, blocks);
     }
     double* inverse_distance = x.data() + kFrameSize * frames_.size();
-    report->points = 0;
     for (auto& [id, track] : points_.tracks()) {
       if (!isUsed(track)) continue;
-      ++report->points;
       double* host = block({track.views.front().frame, BlockKind::kPose});
       for (std::size_t v = 1; v < track.views.size(); ++v) {
         problem.AddResidualBlock(reprojectionCost(track, v).release(), &loss_, host,
@@ -378,7 +375,6 @@ class Estimator : public SlidingWindowEstimator {
     solver.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
-    report->iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable()) {
       report->problem = "the optimisation failed: " + summary.message;
       return;

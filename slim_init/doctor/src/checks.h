@@ -4,6 +4,7 @@
 // itself makes of the windows of a recording.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -67,9 +68,10 @@ Finding atMost(const char* check, double value, const DoctorOptions::Bound& boun
                double factor = 1.0);
 Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bound,
                 const char* unit, double factor = 1.0);
-/// The same with a value beyond `limit` being of one severity.
-Finding atMost(const char* check, double value, double limit, Severity beyond, const char* unit,
-               double factor = 1.0);
+/// The bound of a value that is never an error.
+inline DoctorOptions::Bound warningAt(double limit) {
+  return {limit, std::numeric_limits<double>::infinity()};
+}
 /// One that could not be checked yet.
 Finding notChecked(const char* check, const char* unit);
 

@@ -144,10 +144,10 @@ void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findin
   std::vector<double> norms;
   for (const ImuSample& sample : data.imu) norms.push_back(sample.gyro.norm());
   const double rate = quantile(norms, 0.99);
-  Finding& f =
-      add(findings, atMost("gyro_range", rate, options.max_gyro_rate, Severity::kError, "rad/s"),
-          "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)",
-          "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.");
+  Finding& f = add(
+      findings, atMost("gyro_range", rate, {options.max_gyro_rate, options.max_gyro_rate}, "rad/s"),
+      "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)",
+      "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.");
   if (f.severity != Severity::kOk) f.message += ", more than a gyro of 2000 deg/s can measure";
 }
 
