@@ -18,7 +18,7 @@ inline constexpr double kDegPerRad = 57.29577951308232;
 
 /// Cuts windows one after the other, without overlap, and solves each of them twice: with the
 /// calibration as configured, for the verdict, and with wide priors about the one that `alignment`
-/// has found (the configured one where that is near, or nothing was found), for the calibration.
+/// has found, for the calibration.
 /// The second is left out where camera and gyro do not measure the same motion
 /// (`options.min_correlation`, `options.gyro_scale`): no calibration makes them agree.
 WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& alignment,

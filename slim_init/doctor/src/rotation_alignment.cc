@@ -3,7 +3,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <unordered_map>
 
@@ -179,16 +178,7 @@ class Aligner {
       : frames_(frames), calibration_(calibration), gyro_(imu) {}
 
   RotationAlignment run() {
-    pairs_ = measurePairs(frames_, calibration_.sigmaBearing());
-    // The search needs the pairs at every offset; where the recording is too short for that, the
-    // range is reduced.
-    for (max_offset_ = kMaxOffset; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
-      if (static_cast<int>(covered(max_offset_).size()) >=
-          kLeastCovered * static_cast<double>(pairs_.size())) {
-        break;
-      }
-    }
-    pairs_ = covered(max_offset_);
+    pairs_ = coveredPairs();
     result_.pairs = static_cast<int>(pairs_.size());
     if (result_.pairs < kMinPairs) return result_;
     describe();
@@ -204,19 +194,19 @@ class Aligner {
   }
 
  private:
-  // Search range of the offset: halved until this share of the pairs has IMU data throughout, but
-  // not below kLeastRange [s].
-  static constexpr double kLeastCovered = 0.9, kLeastRange = 0.02;
   static constexpr int kSearchRounds = 3;  // with weights from the previous one
   // Floors against division by zero: spread of the rates [rad/s], scale of the gyro.
   static constexpr double kLeastSpread = 1e-6, kLeastScale = 1e-3;
 
-  std::vector<Pair> covered(double offset) const {
-    std::vector<Pair> result;
-    std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(result), [&](const Pair& pair) {
-      return gyro_.covers(pair.t_i + calibration_.td - offset, pair.t_j + calibration_.td + offset);
+  /// Those with IMU data at every offset of the search.
+  std::vector<Pair> coveredPairs() const {
+    std::vector<Pair> pairs = measurePairs(frames_, calibration_.sigmaBearing());
+    const auto ends = std::remove_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+      return !gyro_.covers(pair.t_i + calibration_.td - kMaxOffset,
+                           pair.t_j + calibration_.td + kMaxOffset);
     });
-    return result;
+    pairs.erase(ends, pairs.end());
+    return pairs;
   }
 
   void describe() {
@@ -267,7 +257,7 @@ class Aligner {
   /// The offset of the best correlation: on the grid, then the top of the parabola through the best
   /// and its neighbours.
   double bestOffset() const {
-    const int steps = static_cast<int>(max_offset_ / kOffsetStep);
+    const int steps = static_cast<int>(kMaxOffset / kOffsetStep);
     std::vector<double> correlations;
     for (int step = -steps; step <= steps; ++step) {
       correlations.push_back(align(ratesAt(calibration_.td + step * kOffsetStep)).correlation);
@@ -336,7 +326,6 @@ class Aligner {
   const std::vector<FrameObservation>& frames_;
   const Calibration& calibration_;
   Gyro gyro_;
-  double max_offset_ = 0.0;
   std::vector<Pair> pairs_;
   VectorXd weights_;  // of the pairs
   RotationAlignment result_;
