@@ -33,11 +33,6 @@ endif()
 # Static libraries have their threads from the system.
 if((TARGET slim_init::evaluation OR TARGET slim_init::vins_adapter) AND NOT TARGET Threads::Threads)
   find_package(Threads QUIET)
-  if(NOT Threads_FOUND AND slim_init_FIND_COMPONENTS MATCHES "evaluation|vins_adapter")
-    set(slim_init_NOT_FOUND_MESSAGE
-        "slim_init::evaluation and slim_init::vins_adapter need a system with threads"
-    )
-  endif()
 endif()
 
 # Only a static evaluation library that was built with rosbag needs it at the consumer's.

@@ -129,10 +129,10 @@ TEST_P(BackendFactors, ReprojectionOfATruePointIsZero) {
 }
 
 TEST_P(BackendFactors, Anchor) {
-  NavState seed = frames_[0]->state();
-  seed.R_w_b = expSO3(0.4 * random()) * seed.R_w_b;
-  seed.p_w_b += random();
-  const AnchorCost cost(*frames_[0], seed);
+  const Prior anchor = anchorAt(*frames_[0]);
+  frames_[0]->R_ref = expSO3(0.4 * random()) * frames_[0]->R_ref;
+  for (int i = 0; i < 3; ++i) frames_[0]->pose[i] += distribution_(rng_);
+  const PriorCost cost(anchor, frames_);
   check(cost, {frames_[0]->pose.data(), frames_[0]->motion.data()});
 }
 

@@ -34,13 +34,13 @@ class SmallProblem {
     options.seed = seed;
     const ExactWindow exact = noisyWindow(options);
     calibration = exact.calibration;
-    seed_state_ = exact.truth.front();
     for (int k = 0; k < 5; ++k) {
       auto frame = std::make_unique<Frame>();
       frame->id = k;
       frame->set(exact.truth[static_cast<std::size_t>(k)]);
       frames.push_back(std::move(frame));
     }
+    anchor_ = anchorAt(*frames.front());
     for (int k = 0; k < 4; ++k) {
       const auto i = static_cast<std::size_t>(k);
       const NavState& state = exact.truth[i];
@@ -66,9 +66,7 @@ class SmallProblem {
     return InertialCost::create(links_[i], frames[i]->R_ref, frames[i + 1]->R_ref,
                                 Eigen::Vector3d(0, 0, -calibration.gravity_magnitude), 1e-3, 1e-1);
   }
-  std::unique_ptr<AnchorCost> anchor() const {
-    return std::make_unique<AnchorCost>(*frames[0], seed_state_);
-  }
+  std::unique_ptr<PriorCost> anchor() const { return std::make_unique<PriorCost>(anchor_, frames); }
   std::unique_ptr<ReprojectionCost> view(const Point& point, std::size_t v) const {
     return std::make_unique<ReprojectionCost>(
         *frames[static_cast<std::size_t>(point.views[0].first)],
@@ -142,7 +140,7 @@ class SmallProblem {
 
  private:
   bool anchored_;
-  NavState seed_state_;
+  Prior anchor_;
   std::vector<Preintegration> links_;
 };
 

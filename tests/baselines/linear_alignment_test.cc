@@ -143,36 +143,33 @@ TEST_F(LinearAlignment, NotFiniteInputIsInvalid) {
 
 TEST(AlignmentGates, EachOnBothSides) {
   const double e = 1e-3, max_sigma = 0.1;
-  const AlignmentGateOptions options;
   const auto passes = [&](GateName name, const AlignmentMeasures& measures) {
-    for (const GateValue& gate : alignmentGates(measures, options, max_sigma)) {
+    for (const GateValue& gate : alignmentGates(measures, max_sigma)) {
       if (gate.name == name) return gate.passed;
     }
     ADD_FAILURE() << "no gate " << toString(name);
     return false;
   };
-  EXPECT_TRUE(passes(GateName::kLinkage, {options.min_linkage * (1 + e), 1, 0, 0}));
-  EXPECT_FALSE(passes(GateName::kLinkage, {options.min_linkage * (1 - e), 1, 0, 0}));
+  EXPECT_TRUE(passes(GateName::kLinkage, {kMinLinkage * (1 + e), 1, 0, 0}));
+  EXPECT_FALSE(passes(GateName::kLinkage, {kMinLinkage * (1 - e), 1, 0, 0}));
   EXPECT_TRUE(passes(GateName::kScalePositive, {100, 1.001e-6, 0, 0}));
   EXPECT_FALSE(passes(GateName::kScalePositive, {100, 0.999e-6, 0, 0}));
   EXPECT_FALSE(passes(GateName::kScalePositive, {100, -1.0, 0, 0}));
-  EXPECT_TRUE(
-      passes(GateName::kAlignmentResidual, {100, 1, options.max_alignment_residual * (1 - e), 0}));
-  EXPECT_FALSE(
-      passes(GateName::kAlignmentResidual, {100, 1, options.max_alignment_residual * (1 + e), 0}));
+  EXPECT_TRUE(passes(GateName::kAlignmentResidual, {100, 1, kMaxAlignmentResidual * (1 - e), 0}));
+  EXPECT_FALSE(passes(GateName::kAlignmentResidual, {100, 1, kMaxAlignmentResidual * (1 + e), 0}));
   EXPECT_TRUE(passes(GateName::kScaleSigma, {100, 1, 0, max_sigma * (1 - e)}));
   EXPECT_FALSE(passes(GateName::kScaleSigma, {100, 1, 0, max_sigma * (1 + e)}));
 }
 
 TEST(AlignmentGates, UnknownValuesDoNotPass) {
-  for (const GateValue& gate : alignmentGates({}, {}, 0.1)) {
+  for (const GateValue& gate : alignmentGates({}, 0.1)) {
     EXPECT_FALSE(gate.passed) << toString(gate.name);
   }
 }
 
 TEST(AlignmentGates, ANonPositiveScaleIsRefusedForEveryMethod) {
   InitResult result;
-  result.gates = alignmentGates({1.0, -0.5, 0.0, 0.0}, {}, 0.1);  // linkage fails as well
+  result.gates = alignmentGates({1.0, -0.5, 0.0, 0.0}, 0.1);  // linkage fails as well
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
   EXPECT_NE(result.message.find("scale -0.5 m (minimum "), std::string::npos) << result.message;

@@ -27,9 +27,8 @@ TEST(MultiGapBias, BeatsDrtUnderNoise) {
     const ExactWindowOptions options = seeded(seed);
     const ExactWindow exact = noisyWindow(options);
     ours.push_back(relativeError(robustBiasOf(*exact.window).gyro_bias, options.gyro_bias));
-    drt.push_back(relativeError(
-        estimateGyroBias(*exact.window, GyroBiasProblem(), GyroBiasOptions()).gyro_bias,
-        options.gyro_bias));
+    drt.push_back(relativeError(estimateGyroBias(*exact.window, GyroBiasProblem()).gyro_bias,
+                                options.gyro_bias));
   }
   const auto median = [](std::vector<double> v) {
     std::sort(v.begin(), v.end());

@@ -156,12 +156,10 @@ bool dataReach(const Sequence& sequence, double td, double t_seed, double second
 
 double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth) {
   const auto true_p = positions(truth);
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : true_p) mean += p / static_cast<double>(true_p.size());
-  double spread = 0.0;
-  for (const Eigen::Vector3d& p : true_p) {
-    spread += (p - mean).squaredNorm() / static_cast<double>(true_p.size());
-  }
+  if (true_p.empty()) return kNotComputed;
+  const Eigen::Map<const Eigen::Matrix3Xd> p(true_p.front().data(), 3,
+                                             static_cast<Eigen::Index>(true_p.size()));
+  const double spread = (p.colwise() - p.rowwise().mean()).colwise().squaredNorm().mean();
   if (!(std::sqrt(spread) >= kMinSpread)) return kNotComputed;
   evaluation::Similarity similarity;
   if (!evaluation::alignSimilarity(positions(states), true_p, &similarity).empty()) {

@@ -79,14 +79,11 @@ void PointTracks::forgetDistances() {
   for (auto& [id, track] : tracks_) track.estimated = false;
 }
 
-int PointTracks::removeBehind() {
-  int removed = 0;
+void PointTracks::removeBehind() {
   for (auto it = tracks_.begin(); it != tracks_.end();) {
     const bool behind = it->second.estimated && !(it->second.inverse_distance > kBehind);
-    removed += behind ? 1 : 0;
     it = behind ? tracks_.erase(it) : std::next(it);
   }
-  return removed;
 }
 
 void PointTracks::removeViews(int count, const Frames& frames, const Calibration& calibration,

@@ -35,8 +35,8 @@ class PointTracks {
   /// Forgets all inverse distances.
   void forgetDistances();
   /// Removes tracks that came out behind their camera, by more than a point at infinity does by
-  /// noise. Returns their number.
-  int removeBehind();
+  /// noise.
+  void removeBehind();
 
   /// Removes what a frame saw; a track hosted there moves to its next view. The frame and that of
   /// the next view are in `frames`.

@@ -13,16 +13,9 @@ namespace {
 // Eigenvalues at unit diagonal below this are rounding: such a direction carries no information.
 constexpr double kNoInformation = 1e-10;
 
-constexpr double kPositionWeight = 1.0 / AnchorCost::kPosition;
-constexpr double kYawWeight = 1.0 / AnchorCost::kYaw;
-// Trust in the biases of the seed, standard deviations of 0.02 rad/s and 0.2 m/s^2.
-constexpr double kGyroBiasWeight = 1.0 / 0.02;
-constexpr double kAccelBiasWeight = 1.0 / 0.2;
-
-BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
-  const Frame& frame = *findFrame(frames, key.frame);
+BlockPoint presentPoint(BlockKind kind, const Frame& frame) {
   BlockPoint point;
-  if (key.kind == BlockKind::kPose) {
+  if (kind == BlockKind::kPose) {
     point.R = frame.rotation();
     point.x = Eigen::VectorXd::Zero(kPoseSize);
     point.x.head<3>() = frame.position();
@@ -32,6 +25,10 @@ BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
   return point;
 }
 
+BlockPoint presentPoint(const BlockKey& key, const Frames& frames) {
+  return presentPoint(key.kind, *findFrame(frames, key.frame));
+}
+
 // The block's parameters at a point, theta counted from the frame's reference.
 Eigen::VectorXd parametersAt(const BlockKey& key, const BlockPoint& point, const Frames& frames) {
   Eigen::VectorXd x = point.x;
@@ -39,13 +36,6 @@ Eigen::VectorXd parametersAt(const BlockKey& key, const BlockPoint& point, const
     x.tail<3>() = logSO3(findFrame(frames, key.frame)->R_ref.transpose() * point.R);
   }
   return x;
-}
-
-// Change from `from` to `to` in the tangent space of `from`.
-Eigen::VectorXd difference(const BlockKey& key, const BlockPoint& to, const BlockPoint& from) {
-  Eigen::VectorXd d = to.x - from.x;
-  if (key.kind == BlockKind::kPose) d.tail<3>() = logSO3(from.R.transpose() * to.R);
-  return d;
 }
 
 // A = D V S V^T D with unit diagonal inside, the small part of S cut.
@@ -77,6 +67,25 @@ struct ScaledEigen {
 double* blockData(const BlockKey& key, const Frames& frames) {
   Frame& frame = *findFrame(frames, key.frame);
   return key.kind == BlockKind::kPose ? frame.pose.data() : frame.motion.data();
+}
+
+Prior anchorAt(const Frame& frame) {
+  // What holds the free position and heading of the window [m], [rad], and the trust in the biases
+  // of the seed [rad/s], [m/s^2]: standard deviations.
+  constexpr double kPosition = 1e-3, kYaw = 1e-3, kGyroBias = 0.02, kAccelBias = 0.2;
+  Prior prior;
+  for (const BlockKind kind : {BlockKind::kPose, BlockKind::kMotion}) {
+    prior.blocks.push_back({frame.id, kind});
+    prior.first.push_back(presentPoint(kind, frame));
+  }
+  prior.J = Eigen::MatrixXd::Zero(10, kPoseSize + kMotionSize);
+  prior.J.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / kPosition);
+  // The vertical part, in the world, of a turn in the body.
+  prior.J.block<1, 3>(3, 3) = frame.rotation().row(2) / kYaw;
+  prior.J.block<3, 3>(4, kPoseSize + 3).diagonal().setConstant(1.0 / kGyroBias);
+  prior.J.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / kAccelBias);
+  prior.r0 = Eigen::VectorXd::Zero(10);
+  return prior;
 }
 
 // ---- the factor
@@ -121,39 +130,6 @@ bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-bool AnchorCost::Evaluate(double const* const* parameters, double* residuals,
-                          double** jacobians) const {
-  const Eigen::Map<const Vector6d> pose(parameters[0]);
-  const Eigen::Map<const Vector9d> motion(parameters[1]);
-  const Eigen::Vector3d theta = pose.tail<3>();
-  const Eigen::Matrix3d R = frame_.R_ref * expSO3(theta);
-  // The turn from the seed's attitude, in the world; its vertical part is the change of heading.
-  const Eigen::Vector3d turn = logSO3(R * seed_.R_w_b.transpose());
-
-  Eigen::Map<Eigen::Matrix<double, 10, 1>> r(residuals);
-  r.head<3>() = kPositionWeight * (pose.head<3>() - seed_.p_w_b);
-  r[3] = kYawWeight * turn.z();
-  r.segment<3>(4) = kGyroBiasWeight * (motion.segment<3>(3) - seed_.gyro_bias);
-  r.tail<3>() = kAccelBiasWeight * (motion.tail<3>() - seed_.accel_bias);
-  if (jacobians == nullptr) return true;
-
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 10, kPoseSize, Eigen::RowMajor>> J(jacobians[0]);
-    J.setZero();
-    J.block<3, 3>(0, 0).diagonal().setConstant(kPositionWeight);
-    // A turn on the left: the inverse left Jacobian is the right one of the negative vector.
-    J.block<1, 3>(3, 3) =
-        kYawWeight * (rightJacobianInverse(-turn) * R * rightJacobian(theta)).row(2);
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 10, kMotionSize, Eigen::RowMajor>> J(jacobians[1]);
-    J.setZero();
-    J.block<3, 3>(4, 3).diagonal().setConstant(kGyroBiasWeight);
-    J.block<3, 3>(7, 6).diagonal().setConstant(kAccelBiasWeight);
-  }
-  return true;
-}
-
 // ---- making it
 // -----------------------------------------------------------------------------------
 
@@ -191,7 +167,7 @@ Marginalization::Linearized Marginalization::linearize(const ceres::CostFunction
   std::vector<RowMajor> J;
   for (const BlockKey& key : blocks) {
     const auto found = first_.find(key);
-    present.push_back(parametersAt(key, presentPoint(key, frames_), frames_));
+    present.emplace_back(Eigen::Map<const Eigen::VectorXd>(blockData(key, frames_), key.size()));
     at_first.push_back(found == first_.end() ? present.back()
                                              : parametersAt(key, found->second, frames_));
     J.emplace_back(rows, key.size());
@@ -223,15 +199,12 @@ Marginalization::Linearized Marginalization::linearize(const ceres::CostFunction
   out.r = out.r_present;
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     Eigen::MatrixXd J_k = J[k];
-    const BlockKey& key = blocks[k];
-    if (key.kind == BlockKind::kPose) {
+    if (blocks[k].kind == BlockKind::kPose) {
       const Eigen::Vector3d theta = at_first[k].tail<3>();
       J_k.rightCols<3>() = J_k.rightCols<3>() * rightJacobianInverse(theta);
     }
-    const auto found = first_.find(key);
-    if (found != first_.end()) {
-      out.r -= J_k * difference(key, presentPoint(key, frames_), found->second);
-    }
+    // With theta at zero the change from the first attitude is minus its theta.
+    out.r -= J_k * (present[k] - at_first[k]);
     out.J.push_back(std::move(J_k));
   }
   return out;

@@ -6,7 +6,6 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
-#include <ceres/sized_cost_function.h>
 
 #include <map>
 #include <memory>
@@ -51,6 +50,10 @@ struct Prior {
   bool empty() const { return blocks.empty(); }
 };
 
+/// What a seed fixes, as a prior on that frame at its present state: the four free directions of a
+/// visual-inertial window, and the biases loosely. Roll and pitch are left to gravity.
+Prior anchorAt(const Frame& frame);
+
 /// The prior as a factor over its blocks, in the order of Prior::blocks.
 class PriorCost : public ceres::CostFunction {
  public:
@@ -73,8 +76,8 @@ double* blockData(const BlockKey& key, const Frames& frames);
 /// at two places (Huang et al. 2009).
 class Marginalization {
  public:
-  /// Starts from the prior in force (may be empty). Both outlive this object; theta of every frame
-  /// is zero.
+  /// Starts from the prior in force (may be empty). The frames, whose theta is zero, outlive this
+  /// object.
   Marginalization(const Frames& frames, const Prior& prior);
 
   /// Adds a factor over frame blocks.
@@ -108,24 +111,6 @@ class Marginalization {
   std::map<BlockKey, int> columns_;
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_;
-};
-
-/// What a seed fixes: the four free directions of a visual-inertial window and the biases, loosely.
-/// Whitened residual [position, heading, b_g, b_a] of one frame against a state, over its blocks
-/// pose and motion. Roll and pitch are left to gravity.
-class AnchorCost : public ceres::SizedCostFunction<10, kPoseSize, kMotionSize> {
- public:
-  static constexpr double kPosition = 1e-3;  ///< holds the free position of the window [m]
-  static constexpr double kYaw = 1e-3;       ///< holds its free heading [rad]
-
-  AnchorCost(const Frame& frame, const NavState& seed) : frame_(frame), seed_(seed) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const Frame& frame_;
-  NavState seed_;
 };
 
 }  // namespace slim_init::backend

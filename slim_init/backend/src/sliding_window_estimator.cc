@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "imu/preintegration.h"
 #include "inertial_cost.h"
@@ -105,13 +104,12 @@ class Estimator : public SlidingWindowEstimator {
     FrameReport report;
     report.problem = checkFrame(observation);
     if (!report.ok()) return report;
-    appendFrame(observation, &report);
-    report.keyframe = keyframeBeforeNewest(report.tracked);
+    const bool keyframe = keyframeBeforeNewest(appendFrame(observation));
     if (seeded_) {
-      optimizeAndSlide(1, &report);
+      optimizeAndSlide(1, keyframe, &report);
     } else {
       const bool long_enough = frames_.back()->t - frames_.front()->t >= kStartWindow;
-      slide(report.keyframe || long_enough);
+      slide(keyframe || long_enough);
     }
     return report;
   }
@@ -123,16 +121,14 @@ class Estimator : public SlidingWindowEstimator {
                             " frames (must be equal, minimum 2)");
       return report;
     }
-    prior_ = Prior();
     points_.forgetDistances();
     for (std::size_t k = 0; k < states.size(); ++k) frames_[k]->set(states[k]);
-    anchor_ = states.front();
+    prior_ = anchorAt(*frames_.front());
     links_.clear();
     seeded_ = true;
     loosenContradictedLinks();
-    report.keyframe = true;
     // Twice: the intervals are integrated anew at the biases of the first solve.
-    optimizeAndSlide(2, &report);
+    optimizeAndSlide(2, true, &report);
     return report;
   }
 
@@ -163,7 +159,6 @@ class Estimator : public SlidingWindowEstimator {
   void unseed() override {
     seeded_ = false;
     prior_ = Prior();
-    anchor_.reset();
     points_.forgetDistances();
   }
 
@@ -172,7 +167,6 @@ class Estimator : public SlidingWindowEstimator {
     links_.clear();
     points_.clear();
     prior_ = Prior();
-    anchor_.reset();
     imu_.clear();
     seeded_ = false;
   }
@@ -191,8 +185,9 @@ class Estimator : public SlidingWindowEstimator {
     return "";
   }
 
-  /// The frame, carried to its place by the IMU, and its points.
-  void appendFrame(const FrameObservation& observation, FrameReport* report) {
+  /// The frame, carried to its place by the IMU, and its points. Returns how many of them the frame
+  /// before saw too.
+  int appendFrame(const FrameObservation& observation) {
     auto frame = std::make_unique<Frame>();
     frame->id = next_id_++;
     frame->stamp = observation.t;
@@ -211,8 +206,8 @@ class Estimator : public SlidingWindowEstimator {
       }
       links_.push_back({link, 1.0});
     }
-    report->tracked = points_.addFrame(frame->id, previous, observation.points);
     frames_.push_back(std::move(frame));
+    return points_.addFrame(frames_.back()->id, previous, observation.points);
   }
 
   /// Whether the frame before the newest is worth keeping: it moved since the keyframe before it,
@@ -225,7 +220,7 @@ class Estimator : public SlidingWindowEstimator {
     return parallax.tracks < kMinTracked || parallax.mean * calibration_.focal_px >= kMinParallaxPx;
   }
 
-  void optimizeAndSlide(int rounds, FrameReport* report) {
+  void optimizeAndSlide(int rounds, bool keyframe, FrameReport* report) {
     for (int round = 0; round < rounds && report->ok(); ++round) {
       updateLinks();
       points_.triangulate(frames_, calibration_, kDefaultDepth);
@@ -237,7 +232,7 @@ class Estimator : public SlidingWindowEstimator {
     } else {
       unseed();
     }
-    slide(report->keyframe);
+    slide(keyframe);
   }
 
   // ---- inertial links ----
@@ -355,21 +350,14 @@ class Estimator : public SlidingWindowEstimator {
       problem.AddResidualBlock(cost.release(), nullptr, block(poseOf(i)), block(motionOf(i)),
                                block(poseOf(j)), block(motionOf(j)));
     }
-    if (anchor_.has_value()) {
-      const Frame& frame = *frames_.front();
-      problem.AddResidualBlock(new AnchorCost(frame, *anchor_), nullptr, block(poseOf(frame)),
-                               block(motionOf(frame)));
-    }
     if (!prior_.empty()) {
       std::vector<double*> blocks;
       for (const BlockKey& key : prior_.blocks) blocks.push_back(block(key));
       problem.AddResidualBlock(new PriorCost(prior_, frames_), nullptr, blocks);
     }
     double* inverse_distance = x.data() + kFrameSize * frames_.size();
-    report->points = 0;
     for (auto& [id, track] : points_.tracks()) {
       if (!isUsed(track)) continue;
-      ++report->points;
       double* host = block({track.views.front().frame, BlockKind::kPose});
       for (std::size_t v = 1; v < track.views.size(); ++v) {
         problem.AddResidualBlock(reprojectionCost(track, v).release(), &loss_, host,
@@ -387,7 +375,6 @@ class Estimator : public SlidingWindowEstimator {
     solver.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
-    report->iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable()) {
       report->problem = "the optimisation failed: " + summary.message;
       return;
@@ -440,11 +427,11 @@ class Estimator : public SlidingWindowEstimator {
     const Frame& oldest = *frames_.front();
     const Frame& next = *frames_[1];
     const FrameId newest = frames_.back()->id;
-    Marginalization marginalization(frames_, prior_);
-    if (anchor_.has_value()) {
-      marginalization.add(AnchorCost(oldest, *anchor_), {poseOf(oldest), motionOf(oldest)});
-      anchor_.reset();
-    }
+    // The anchor of a seed, on the oldest frame alone, is one more factor: no other frame has been
+    // linearised with it.
+    const bool is_anchor = !prior_.empty() && prior_.blocks.back().frame == oldest.id;
+    Marginalization marginalization(frames_, is_anchor ? Prior() : prior_);
+    if (is_anchor) marginalization.add(PriorCost(prior_, frames_), prior_.blocks);
     marginalization.add(*inertialCost(0),
                         {poseOf(oldest), motionOf(oldest), poseOf(next), motionOf(next)});
     const int kept_views = kWindowFrames / 2;
@@ -520,8 +507,7 @@ class Estimator : public SlidingWindowEstimator {
   Frames frames_;
   std::vector<Link> links_;  ///< between neighbouring frames
   PointTracks points_;
-  Prior prior_;
-  std::optional<NavState> anchor_;  ///< of the oldest frame, from a seed until it is marginalised
+  Prior prior_;  ///< from a seed until its first frame is marginalised, anchorAt() that frame
   FrameId next_id_ = 0;
   bool seeded_ = false;
 };

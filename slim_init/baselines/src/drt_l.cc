@@ -6,21 +6,18 @@
 namespace slim_init::baselines {
 
 InitResult solveDrtL(const InitWindow& window, const InitializerOptions& options,
-                     const BaselineOptions& baseline_options) {
+                     const BaselineOptions& /*baseline_options*/) {
   InitResult result;
   StageClock clock(&result);
   if (!startResult(window, &result)) return result;
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
-  GyroBiasProblem problem;
-  problem.pair_loss = PairLoss::kEigenvalue;
-  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options.gyro_bias);
+  const GyroBiasEstimate bias = estimateGyroBias(window, GyroBiasProblem());
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, &result)) return result;
 
   // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
-  solveTranslationAndAlign(window, LineTerms(), options, baseline_options.alignment_gates, &clock,
-                           &result);
+  solveTranslationAndAlign(window, LineTerms(), options, &clock, &result);
   return result;
 }
 

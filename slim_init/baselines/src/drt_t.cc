@@ -75,17 +75,16 @@ TightEstimate alignTightly(const LinearMotion& motion, const TranslationEstimate
 }  // namespace
 
 InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options,
-                     const BaselineOptions& baseline_options) {
+                     const BaselineOptions& /*baseline_options*/) {
   const Calibration& calibration = window.calibration();
   InitResult result;
   StageClock clock(&result);
   if (!startResult(window, &result)) return result;
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
-  const GyroBiasEstimate bias =
-      estimateGyroBias(window, GyroBiasProblem(), baseline_options.gyro_bias);
+  const GyroBiasEstimate bias = estimateGyroBias(window, GyroBiasProblem());
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, &result)) return result;
 
   // Rotations and the motion that the IMU predicts at this bias.
   const std::vector<Preintegration> pre = preintegrateWindow(
@@ -112,7 +111,6 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
     // The motion is the IMU's own: its position and velocity rows have no residual.
     appendGates(
         alignmentGates({visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma},
-                       baseline_options.alignment_gates,
                        gatesInForce(options.gates, window, options.window).max_scale_sigma),
         &result);
   }

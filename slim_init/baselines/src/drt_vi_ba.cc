@@ -12,25 +12,15 @@
 namespace slim_init::baselines {
 namespace {
 
-// DRT-l's gates with what the refinement has changed: scale and its standard deviation.
-void updateGates(const AlignmentGateOptions& options, double max_scale_sigma, double camera_spread,
-                 InitResult* result) {
-  AlignmentMeasures measures;
-  measures.scale = camera_spread;
-  measures.scale_sigma = result->scale_sigma;
-  std::vector<GateValue> gates;
-  for (const GateValue& gate : result->gates) {
-    if (gate.name == GateName::kLinkage) {
-      measures.linkage = gate.value;
-    } else if (gate.name == GateName::kAlignmentResidual) {
-      measures.residual_rms = gate.value;
-    } else if (gate.name == GateName::kParallax || gate.name == GateName::kLeastParallax ||
-               gate.name == GateName::kExcitation) {
-      gates.push_back(gate);
+// Of DRT-l's gates the refinement has changed two: scale and its standard deviation.
+void updateGates(double max_scale_sigma, double camera_spread, InitResult* result) {
+  for (const GateValue& fresh : alignmentGates(
+           {kNotComputed, camera_spread, kNotComputed, result->scale_sigma}, max_scale_sigma)) {
+    if (fresh.name != GateName::kScalePositive && fresh.name != GateName::kScaleSigma) continue;
+    for (GateValue& gate : result->gates) {
+      if (gate.name == fresh.name) gate = fresh;
     }
   }
-  result->gates = gates;
-  appendGates(alignmentGates(measures, options, max_scale_sigma), result);
 }
 
 }  // namespace
@@ -60,8 +50,7 @@ InitResult solveDrtViBa(const InitWindow& window, const InitializerOptions& opti
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(baseline_options.alignment_gates,
-              gatesInForce(options.gates, window, options.window).max_scale_sigma,
+  updateGates(gatesInForce(options.gates, window, options.window).max_scale_sigma,
               cameraSpread(window, state), &result);
   decide(options.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");

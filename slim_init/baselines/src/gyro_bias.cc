@@ -19,6 +19,10 @@ constexpr double kCostTolerance = 1e-12;
 // Above this change of the bias [rad/s] the gyro is integrated anew. Below, the first-order
 // correction over a keyframe interval dt is wrong by about (change * dt)^2 / 2 < 1e-11 rad.
 constexpr double kRelinearizeTolerance = 1e-5;
+// Integrations of the gyroscope at a new bias, and Levenberg-Marquardt iterations of each.
+constexpr int kMaxRelinearizations = 4, kMaxIterations = 30;
+// Cauchy scale of the eigenvalue of a pair [rad^2], of DRT's release.
+constexpr double kCauchyScale = 1e-5;
 // Marquardt damping, relative to the diagonal: the start trusts the model, at the end a step is so
 // short that another try is pointless.
 constexpr double kInitialDamping = 1e-4;
@@ -55,9 +59,8 @@ bool isBetter(const Quadratic& there, const Quadratic& at) {
 // The sums of eq. (1) that do not depend on the bias.
 class Objective {
  public:
-  Objective(const InitWindow& window, const GyroBiasProblem& problem,
-            const GyroBiasOptions& options)
-      : window_(window), problem_(problem), options_(options), pairs_(window.size() - 1) {
+  Objective(const InitWindow& window, const GyroBiasProblem& problem)
+      : window_(window), problem_(problem), pairs_(window.size() - 1) {
     const std::vector<WindowPoint>& observations = window.pointObservations();
     for (const Track& track : window.pointTracks()) {
       for (int a = track.begin; a + 1 < track.end; ++a) {
@@ -69,7 +72,7 @@ class Objective {
     }
     int points = 0;
     for (const EpipolarPair& pair : pairs_) {
-      if (pair.count() < options.min_points_per_pair) continue;
+      if (pair.count() < kMinPointsOfPair) continue;
       ++point_pairs_;
       points += pair.count();
     }
@@ -101,7 +104,7 @@ class Objective {
       const Eigen::Matrix3d R_bi_bj = pre[i].dR * expSO3(phi);
       // d(bias) -> right perturbation of R_bi_bj.
       const Eigen::Matrix3d J = rightJacobian(phi) * pre[i].dR_dbg;
-      if (pairs_[i].count() >= options_.min_points_per_pair) {
+      if (pairs_[i].count() >= kMinPointsOfPair) {
         addPoints(pairs_[i], R_b_c.transpose() * R_bi_bj * R_b_c, R_b_c.transpose() * J, sum);
       }
       if (vp_active_[i]) addVp(static_cast<int>(i), R_bi_bj, J, sum);
@@ -119,7 +122,7 @@ class Objective {
     const double lambda = std::max(at.lambda, lambda_rounding);
     double weight = 0.0;  // d cost / d lambda
     if (problem_.pair_loss == PairLoss::kEigenvalue) {
-      const Cauchy rho = cauchy(lambda * lambda, options_.cauchy_scale);
+      const Cauchy rho = cauchy(lambda * lambda, kCauchyScale);
       sum.cost += rho.value;
       weight = 2.0 * lambda * rho.weight;
     } else {
@@ -150,7 +153,6 @@ class Objective {
 
   const InitWindow& window_;
   const GyroBiasProblem& problem_;
-  const GyroBiasOptions& options_;
   std::vector<EpipolarPair> pairs_;  // consecutive keyframes (i, i + 1)
   std::vector<bool> vp_active_;      // indicator of IV-B-2
   double lambda_vp_ = 0.0;
@@ -191,16 +193,13 @@ double consistencyOf(const VanishingPoint& vp, const std::vector<WindowLine>& li
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(vp.inliers.size(), 1)));
 }
 
-GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem,
-                                  const GyroBiasOptions& options,
-                                  const Eigen::Vector3d& initial_bias) {
-  const Objective objective(window, problem, options);
+GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem) {
+  const Objective objective(window, problem);
   GyroBiasEstimate estimate;
-  estimate.gyro_bias = initial_bias;
   estimate.point_pairs = objective.pointPairs();
   if (estimate.point_pairs == 0) return estimate;
 
-  for (int round = 0; round < options.max_relinearizations; ++round) {
+  for (int round = 0; round < kMaxRelinearizations; ++round) {
     const Eigen::Vector3d start = estimate.gyro_bias;
     const std::vector<Preintegration> pre =
         preintegrateWindow(window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
@@ -208,18 +207,16 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
       return objective.evaluate(pre, gyro_bias);
     };
     LevenbergMarquardtOptions steps;
-    steps.max_iterations = options.max_iterations;
+    steps.max_iterations = kMaxIterations;
     steps.first_damping = kInitialDamping;
     steps.largest_damping = kMaxDamping;
     steps.relative_decrease = 0.5 * kCostTolerance;
     steps.shortest_step = kStepTolerance;
     Quadratic at = evaluate(estimate.gyro_bias);
-    estimate.iterations += minimizeLevenbergMarquardt(steps, evaluate, dampDiagonal, isBetter,
-                                                      &estimate.gyro_bias, &at);
-    estimate.cost = at.cost;
+    minimizeLevenbergMarquardt(steps, evaluate, dampDiagonal, isBetter, &estimate.gyro_bias, &at);
     if ((estimate.gyro_bias - start).norm() < kRelinearizeTolerance) break;
   }
-  estimate.valid = estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= options.max_bias;
+  estimate.valid = estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= kMaxGyroBias;
   return estimate;
 }
 

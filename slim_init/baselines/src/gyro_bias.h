@@ -16,6 +16,11 @@
 
 namespace slim_init::baselines {
 
+/// Minimum number of common points of a keyframe pair.
+inline constexpr int kMinPointsOfPair = 6;
+/// Maximum valid estimate [rad/s].
+inline constexpr double kMaxGyroBias = 1.0;
+
 /// How the point residuals of a pair enter the robust cost rho (Cauchy).
 enum class PairLoss {
   /// rho(lambda^2): the residual of a pair is the eigenvalue itself, scale in rad^2 (DRT's
@@ -36,10 +41,8 @@ struct GyroBiasProblem {
 
 /// Result of step 1.
 struct GyroBiasEstimate {
-  bool valid = false;  ///< at least one pair had enough points, the bias is finite and <= max_bias
+  bool valid = false;  ///< a pair had enough points, the bias is finite and <= kMaxGyroBias
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  double cost = 0.0;
-  int iterations = 0;   ///< accepted Levenberg-Marquardt steps, over all re-linearisations
   int point_pairs = 0;  ///< keyframe pairs with enough common points
 };
 
@@ -58,11 +61,9 @@ bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 /// Rms of e^vp = n . d over the inliers, eq. (3) [rad]; `lines` of its keyframe.
 double consistencyOf(const VanishingPoint& vp, const std::vector<WindowLine>& lines);
 
-/// Minimises the rotation-only cost over the gyroscope bias from `initial_bias`, re-integrating the
-/// gyro at each new estimate. Fails (valid == false) when no pair has enough points: vanishing
+/// Minimises the rotation-only cost over the gyroscope bias from zero, re-integrating the gyro at
+/// each new estimate. Fails (valid == false) when no pair has enough points: vanishing
 /// points alone leave the rotation about the dominant axis open.
-GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem,
-                                  const GyroBiasOptions& options,
-                                  const Eigen::Vector3d& initial_bias = Eigen::Vector3d::Zero());
+GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem);
 
 }  // namespace slim_init::baselines

@@ -71,43 +71,23 @@ class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
   double sqrt_information_;
 };
 
-// The first keyframe: yaw and position, which nothing observes, and the biases about zero.
-class FirstStatePrior : public ceres::SizedCostFunction<10, 6, 9> {
- public:
-  FirstStatePrior(const NavState& start, const OpenVinsOptions& options)
-      : up_b_(start.R_w_b.transpose() * Eigen::Vector3d::UnitZ()), p_(start.p_w_b) {
-    bias_.head<3>().setConstant(1.0 / options.gyro_bias_prior);
-    bias_.tail<3>().setConstant(1.0 / options.accel_bias_prior);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residual,
-                double** jacobians) const override {
-    // The release's standard deviation of what only fixes the gauge [rad], [m].
-    constexpr double kGauge = 1.0 / 1e-5;
-    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> bias(parameters[1] + 3);
-    Eigen::Map<Eigen::Matrix<double, 10, 1>> r(residual);
-    r[0] = kGauge * up_b_.dot(ConstMap3(parameters[0]));
-    r.segment<3>(1) = kGauge * (ConstMap3(parameters[0] + 3) - p_);
-    r.tail<6>() = bias_.cwiseProduct(bias);
-    if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<RowMajor<10, 6>> J(jacobians[0]);
-      J.setZero();
-      J.topLeftCorner<1, 3>() = kGauge * up_b_.transpose();
-      J.block<3, 3>(1, 3).diagonal().setConstant(kGauge);
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<RowMajor<10, 9>> J(jacobians[1]);
-      J.setZero();
-      J.bottomRightCorner<6, 6>().diagonal() = bias_;
-    }
-    return true;
-  }
-
- private:
-  Eigen::Vector3d up_b_, p_;
-  Eigen::Matrix<double, 6, 1> bias_;  // square root of the information
-};
+// Holds yaw and position of the first keyframe, which nothing observes, and its biases about zero.
+void addFirstPrior(const NavState& start, const OpenVinsOptions& options, KeyframeBlocks* first,
+                   ceres::Problem* problem) {
+  // The release's standard deviation of what only fixes the gauge [rad], [m].
+  constexpr double kGauge = 1.0 / 1e-5;
+  ceres::Matrix of_pose = ceres::Matrix::Zero(4, 6);
+  of_pose.topLeftCorner<1, 3>() = kGauge * start.R_w_b.row(2);
+  of_pose.bottomRightCorner<3, 3>().diagonal().setConstant(kGauge);
+  ceres::Vector pose(6);
+  pose << Eigen::Vector3d::Zero(), start.p_w_b;
+  problem->AddResidualBlock(new ceres::NormalPrior(of_pose, pose), nullptr, first->pose.data());
+  ceres::Matrix of_motion = ceres::Matrix::Zero(6, 9);
+  of_motion.block<3, 3>(0, 3).diagonal().setConstant(1.0 / options.gyro_bias_prior);
+  of_motion.block<3, 3>(3, 6).diagonal().setConstant(1.0 / options.accel_bias_prior);
+  problem->AddResidualBlock(new ceres::NormalPrior(of_motion, ceres::Vector::Zero(9)), nullptr,
+                            first->motion.data());
+}
 
 }  // namespace
 
@@ -130,8 +110,7 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
     ordering->AddElementToGroup(blocks[k].pose.data(), 1);
     ordering->AddElementToGroup(blocks[k].motion.data(), 1);
   }
-  problem.AddResidualBlock(new FirstStatePrior(states->front(), options), nullptr,
-                           blocks[0].pose.data(), blocks[0].motion.data());
+  addFirstPrior(states->front(), options, &blocks[0], &problem);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     std::unique_ptr<InertialCost> cost = InertialCost::create(
         pre[i], (*states)[i].R_w_b, (*states)[i + 1].R_w_b, gravity_w, options.gyro_walk,

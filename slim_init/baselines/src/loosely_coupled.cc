@@ -16,18 +16,16 @@ constexpr double kMinScale = 1e-6;
 
 }  // namespace
 
-bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
-                    InitResult* result) {
+bool acceptGyroBias(const GyroBiasEstimate& bias, InitResult* result) {
   if (bias.point_pairs == 0) {
     fail(InitStatus::kTooFewTracks,
-         text("0 keyframe pairs with ", options.min_points_per_pair,
-              " or more common points (minimum 1)"),
+         text("0 keyframe pairs with ", kMinPointsOfPair, " or more common points (minimum 1)"),
          result);
     return false;
   }
   if (!bias.valid) {
     fail(InitStatus::kNumericalFailure,
-         text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ", options.max_bias, ")"),
+         text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ", kMaxGyroBias, ")"),
          result);
     return false;
   }
@@ -61,15 +59,14 @@ WindowState windowStateOf(const std::vector<NavState>& states, double gravity_ma
   return state;
 }
 
-std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures,
-                                      const AlignmentGateOptions& options, double max_scale_sigma) {
+std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures, double max_scale_sigma) {
   std::vector<GateValue> gates = {
       makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "",
-               atLeast(measures.linkage, options.min_linkage), InitStatus::kDegenerateAlignment),
+               atLeast(measures.linkage, kMinLinkage), InitStatus::kDegenerateAlignment),
       makeGate(GateName::kScalePositive, "scale", "m", atLeast(measures.scale, kMinScale),
                InitStatus::kDegenerateAlignment),
       makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s",
-               atMost(measures.residual_rms, options.max_alignment_residual),
+               atMost(measures.residual_rms, kMaxAlignmentResidual),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
                atMost(measures.scale_sigma, max_scale_sigma), InitStatus::kScaleTooUncertain)};
@@ -96,8 +93,7 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
 }
 
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
-                              const InitializerOptions& options,
-                              const AlignmentGateOptions& alignment_gates, StageClock* clock,
+                              const InitializerOptions& options, StageClock* clock,
                               InitResult* result) {
   const Calibration& calibration = window.calibration();
   const std::vector<Preintegration> pre = preintegrateWindow(
@@ -124,11 +120,10 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   clock->lap("alignment");
 
   if (alignment.valid) {
-    appendGates(
-        alignmentGates(
-            {translation.linkage(), alignment.scale, alignment.residual_rms, alignment.scale_sigma},
-            alignment_gates, gatesInForce(options.gates, window, options.window).max_scale_sigma),
-        result);
+    appendGates(alignmentGates({translation.linkage(), alignment.scale, alignment.residual_rms,
+                                alignment.scale_sigma},
+                               gatesInForce(options.gates, window, options.window).max_scale_sigma),
+                result);
     setWorldStates(window, stateOf(R_b0_bk, result->gyro_bias, alignment), result);
     // A negative scale of the alignment is a mirrored trajectory.
     result->scale = std::copysign(result->scale, alignment.scale);

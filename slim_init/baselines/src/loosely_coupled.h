@@ -15,10 +15,13 @@
 
 namespace slim_init::baselines {
 
+/// Limits of the gates on an alignment, beside those of GateOptions: ratio of eigenvalues of the
+/// translation system, and rms residual of the alignment [m, m/s].
+inline constexpr double kMinLinkage = 10.0, kMaxAlignmentResidual = 0.10;
+
 /// Takes the result of step 1. False, with status and message set, when its estimate cannot be
 /// used.
-bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
-                    InitResult* result);
+bool acceptGyroBias(const GyroBiasEstimate& bias, InitResult* result);
 
 /// The motion in b0 that an alignment has found, at its attitudes and the bias of step 1.
 template <typename Alignment>
@@ -53,8 +56,7 @@ struct AlignmentMeasures {
 /// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain, bound
 /// `max_scale_sigma`). "scale_positive" is enforced for every method: a scale that is not positive
 /// contradicts the points being in front of the camera, so there is no answer to accept.
-std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures,
-                                      const AlignmentGateOptions& options, double max_scale_sigma);
+std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures, double max_scale_sigma);
 
 /// The end of a method: the status that the gates give and, where none has refused and yet the
 /// alignment is not `solved`, the refusal: too few tracks for the translations, or a singular
@@ -68,8 +70,7 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
 /// alignment with `line_terms`, states, gates. The gates are enforced with GateMode::kOn only: as
 /// published, these methods have none. `result` has passed acceptGyroBias().
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
-                              const InitializerOptions& options,
-                              const AlignmentGateOptions& alignment_gates, StageClock* clock,
+                              const InitializerOptions& options, StageClock* clock,
                               InitResult* result);
 
 }  // namespace slim_init::baselines

@@ -6,6 +6,7 @@
 #include "closed_form.h"
 #include "compared_methods.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
 #include "loosely_coupled.h"
@@ -16,8 +17,6 @@
 
 namespace slim_init::baselines {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / M_PI;
 
 // Summed angle of the gyroscope's steps over the window, as the release measures motion.
 double turnedDeg(const InitWindow& window) {

@@ -28,9 +28,9 @@ InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& op
   problem.pair_loss = PairLoss::kSumOfSquares;
   problem.vanishing_points = terms.use_vp ? &vanishing_points : nullptr;
   problem.vp_options = terms;
-  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options.gyro_bias);
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem);
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, &result)) return result;
 
   // IV-C-4: line selection and weights, eq. (13).
   std::vector<PairLines> lines;
@@ -46,8 +46,7 @@ InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& op
   clock.lap("line_selection");
 
   // Step 2, eq. (7): alignment on point and line residuals.
-  solveTranslationAndAlign(window, line_terms, options, baseline_options.alignment_gates, &clock,
-                           &result);
+  solveTranslationAndAlign(window, line_terms, options, &clock, &result);
   return result;
 }
 

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 
 #include "geometry/so3.h"
 #include "slim_init/text.h"
@@ -81,18 +82,6 @@ CommonPoints commonPoints(const std::vector<Feature>& features, int l, int r) {
   return common;
 }
 
-Eigen::Matrix3d toEigen(const cv::Mat& m) {
-  Eigen::Matrix3d out;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) out(i, j) = m.at<double>(i, j);
-  }
-  return out;
-}
-
-Eigen::Vector3d vectorOf(const cv::Mat& m) {
-  return {m.at<double>(0), m.at<double>(1), m.at<double>(2)};
-}
-
 // Relative pose by the five-point method in RANSAC, translation of unit length. Returns the number
 // of inliers in front of both cameras.
 int fivePointPose(const CommonPoints& common, const VinsOptions& options, Pose* pose) {
@@ -103,8 +92,8 @@ int fivePointPose(const CommonPoints& common, const VinsOptions& options, Pose* 
                            options.ransac_threshold_px / kFocalPx, inliers);
   if (E.rows != 3 || E.cols != 3) return 0;
   const int count = cv::recoverPose(E, common.l, common.r, K, R, t, inliers);
-  pose->R = toEigen(R);
-  pose->t = vectorOf(t);
+  cv::cv2eigen(R, pose->R);
+  cv::cv2eigen(t, pose->t);
   return count;
 }
 
@@ -308,14 +297,15 @@ class Reconstruction {
                          options_.min_pnp_points, ')'),
                     out);
     }
-    const Eigen::Vector3d w = logSO3(neighbour.R);
-    cv::Mat rotation = (cv::Mat_<double>(3, 1) << w.x(), w.y(), w.z());
-    cv::Mat translation =
-        (cv::Mat_<double>(3, 1) << neighbour.t.x(), neighbour.t.y(), neighbour.t.z());
+    Eigen::Vector3d theta = logSO3(neighbour.R);
+    cv::Mat rotation, translation;
+    cv::eigen2cv(theta, rotation);
+    cv::eigen2cv(neighbour.t, translation);
     const bool solved = cv::solvePnP(points, images, cv::Matx33d::eye(), cv::noArray(), rotation,
                                      translation, true, cv::SOLVEPNP_ITERATIVE);
-    poses_[k].R = expSO3(vectorOf(rotation));
-    poses_[k].t = vectorOf(translation);
+    cv::cv2eigen(rotation, theta);
+    cv::cv2eigen(translation, poses_[k].t);
+    poses_[k].R = expSO3(theta);
     if (solved && poses_[k].R.allFinite() && poses_[k].t.allFinite()) return true;
     return refuse(InitStatus::kNumericalFailure,
                   text("PnP of keyframe ", k, " with ", points.size(), " points has no solution"),

@@ -37,31 +37,21 @@ Eigen::Vector3d calibrateGyroBias(const InitWindow& window,
   return bias;
 }
 
-// Velocities, gravity and scale without the constraint on |g| (section V-B-2).
-struct FreeAlignment {
-  double scale = kNotComputed;
-  double gravity = kNotComputed;
-};
-
-FreeAlignment alignFreely(const AlignmentProblem& problem) {
+// The release's own checks, of velocities, gravity and scale without the constraint on |g| (section
+// V-B-2).
+bool acceptFreeAlignment(const AlignmentProblem& problem, const VinsOptions& options,
+                         InitResult* result) {
   const AlignmentSystem system = buildBaseRows(problem);
   const Eigen::MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
   const Eigen::VectorXd x = H.ldlt().solve(system.b);
-  FreeAlignment out;
-  out.scale = x[x.size() - 4];
-  out.gravity = x.tail<3>().norm();
-  return out;
-}
-
-// The release's own checks of the alignment.
-bool accept(const FreeAlignment& alignment, double gravity_magnitude, const VinsOptions& options,
-            InitResult* result) {
+  const double scale = x[x.size() - 4], gravity = x.tail<3>().norm();
+  const double expected = problem.window.calibration().gravity_magnitude;
   std::string message;
-  if (!(std::abs(alignment.gravity - gravity_magnitude) <= options.max_gravity_residual)) {
-    message = text("free gravity of the alignment is ", alignment.gravity, " m/s^2 (limit ",
-                   gravity_magnitude, " +- ", options.max_gravity_residual, ')');
-  } else if (!(alignment.scale >= 0.0)) {
-    message = text("free scale of the alignment is ", alignment.scale, " (minimum 0)");
+  if (!(std::abs(gravity - expected) <= options.max_gravity_residual)) {
+    message = text("free gravity of the alignment is ", gravity, " m/s^2 (limit ", expected, " +- ",
+                   options.max_gravity_residual, ')');
+  } else if (!(scale >= 0.0)) {
+    message = text("free scale of the alignment is ", scale, " (minimum 0)");
   } else {
     return true;
   }
@@ -102,9 +92,7 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the
   // release's four steps in the tangent plane end in the minimum that alignLinear() solves for.
   const AlignmentProblem problem = {window, pre, R_b0_bk, centres_b0, LineTerms()};
-  if (!accept(alignFreely(problem), calibration.gravity_magnitude, vins, &result)) {
-    return result;
-  }
+  if (!acceptFreeAlignment(problem, vins, &result)) return result;
   const AlignmentEstimate alignment = alignLinear(problem);
   clock.lap("alignment");
   if (!alignment.valid || !(alignment.scale >= 0.0)) {
@@ -119,7 +107,6 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   for (const GateValue& gate :
        alignmentGates({kNotComputed, cameraSpread(window, state), alignment.residual_rms,
                        alignment.scale_sigma},
-                      baseline_options.alignment_gates,
                       gatesInForce(options.gates, window, options.window).max_scale_sigma)) {
     // Of the linear translation system, which this method does not have.
     if (gate.name != GateName::kLinkage) result.gates.push_back(gate);

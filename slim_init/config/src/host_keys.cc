@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "slim_init/feature_tracker_lines/image_front_end.h"
@@ -193,12 +194,9 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
     fail(key, " cannot be read as !!opencv-matrix");
   }
   if (matrix.channels() != 1) fail(key, " has ", matrix.channels(), " channels, must have one");
-  cv::Mat_<double> values;
-  matrix.convertTo(values, CV_64F);
-  Eigen::MatrixXd result(rows, cols);
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < cols; ++c) result(r, c) = transposed ? values(c, r) : values(r, c);
-  }
+  if (transposed) matrix = matrix.t();
+  Eigen::MatrixXd result;
+  cv::cv2eigen(matrix, result);
   return result;
 }
 

@@ -7,17 +7,6 @@
 
 namespace slim_init::evaluation {
 
-const char* toString(Severity severity) {
-  switch (severity) {
-    case Severity::kOk: return "ok";
-    case Severity::kNote: return "note";
-    case Severity::kNotChecked: return "not_checked";
-    case Severity::kWarning: return "warning";
-    case Severity::kError: return "error";
-  }
-  return "unknown";
-}
-
 Severity severityAbove(double value, const DoctorOptions::Bound& bound) {
   if (value > bound.fail) return Severity::kError;
   return value > bound.warn ? Severity::kWarning : Severity::kOk;
@@ -36,13 +25,6 @@ Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bou
   return {check,          value >= bound.warn ? Severity::kOk : below,
           factor * value, factor * bound.warn,
           kNotComputed,   unit};
-}
-
-Finding atMost(const char* check, double value, double limit, Severity beyond, const char* unit,
-               double factor) {
-  return {check,          value > limit ? beyond : Severity::kOk,
-          factor * value, kNotComputed,
-          factor * limit, unit};
 }
 
 Finding notChecked(const char* check, const char* unit) {

@@ -4,6 +4,7 @@
 // itself makes of the windows of a recording.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,7 @@ inline constexpr double kDegPerRad = 57.29577951308232;
 
 /// Cuts windows one after the other, without overlap, and solves each of them twice: with the
 /// calibration as configured, for the verdict, and with wide priors about the one that `alignment`
-/// has found (the configured one where that is near, or nothing was found), for the calibration.
+/// has found, for the calibration.
 /// The second is left out where camera and gyro do not measure the same motion
 /// (`options.min_correlation`, `options.gyro_scale`): no calibration makes them agree.
 WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& alignment,
@@ -67,9 +68,10 @@ Finding atMost(const char* check, double value, const DoctorOptions::Bound& boun
                double factor = 1.0);
 Finding atLeast(const char* check, double value, const DoctorOptions::Bound& bound,
                 const char* unit, double factor = 1.0);
-/// The same with a value beyond `limit` being of one severity.
-Finding atMost(const char* check, double value, double limit, Severity beyond, const char* unit,
-               double factor = 1.0);
+/// The bound of a value that is never an error.
+inline DoctorOptions::Bound warningAt(double limit) {
+  return {limit, std::numeric_limits<double>::infinity()};
+}
 /// One that could not be checked yet.
 Finding notChecked(const char* check, const char* unit);
 

@@ -1,9 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "checks.h"
-#include "reference_so3.h"
+#include "imu/preintegration.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/text.h"
 
@@ -25,27 +26,26 @@ double accelFactor(double gravity) {
 
 /// Norm of the mean specific force over windows of 5 s, rotated by the gyro into the body frame at
 /// the start of each window: accelerations average out, gravity does not. Median over the windows;
-/// NaN where the recording is shorter than one. `scale`: gyro over true rate; `bias` [rad/s].
-double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eigen::Vector3d& bias) {
+/// NaN where the recording is shorter than one. `scale`: gyro over true rate; `bias` [rad/s], after
+/// the scale.
+double turnedGravity(std::vector<ImuSample> imu, double scale, const Eigen::Vector3d& bias) {
   constexpr double kWindow = 5.0;      // [s]
   constexpr double kLeastShare = 0.9;  // of a window that has to hold samples
+  for (ImuSample& sample : imu) sample.gyro /= scale;
   std::vector<double> norms;
-  std::size_t k = 0;
-  while (k + 1 < imu.size()) {
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    const double begin = imu[k].t;
-    for (; k + 1 < imu.size() && imu[k + 1].t <= begin + kWindow; ++k) {
-      const double dt = imu[k + 1].t - imu[k].t;
-      const Eigen::Vector3d step = (0.5 * (imu[k].gyro + imu[k + 1].gyro) / scale - bias) * dt;
-      sum += R * reference::expSo3(0.5 * step) * (0.5 * dt * (imu[k].accel + imu[k + 1].accel));
-      R *= reference::expSo3(step);
+  for (auto first = imu.begin(); first != imu.end();) {
+    const auto end =
+        std::upper_bound(first, imu.end(), first->t + kWindow,
+                         [](double t, const ImuSample& sample) { return t < sample.t; });
+    const auto last = std::prev(end);
+    const bool whole = last->t - first->t >= kLeastShare * kWindow;
+    if (whole) {
+      const Preintegration turned =
+          preintegrate(imu, first->t, last->t, {bias, Eigen::Vector3d::Zero()}, ImuNoise(),
+                       PreintegrationParts::kMean);
+      norms.push_back(turned.dv.norm() / turned.dt);
     }
-    if (imu[k].t - begin < kLeastShare * kWindow) {
-      if (k + 1 < imu.size() && imu[k].t == begin) ++k;  // a gap longer than the window
-      continue;
-    }
-    norms.push_back(sum.norm() / (imu[k].t - begin));
+    first = whole ? last : end;
   }
   return median(norms);
 }
@@ -144,10 +144,10 @@ void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findin
   std::vector<double> norms;
   for (const ImuSample& sample : data.imu) norms.push_back(sample.gyro.norm());
   const double rate = quantile(norms, 0.99);
-  Finding& f =
-      add(findings, atMost("gyro_range", rate, options.max_gyro_rate, Severity::kError, "rad/s"),
-          "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)",
-          "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.");
+  Finding& f = add(
+      findings, atMost("gyro_range", rate, {options.max_gyro_rate, options.max_gyro_rate}, "rad/s"),
+      "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)",
+      "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.");
   if (f.severity != Severity::kOk) f.message += ", more than a gyro of 2000 deg/s can measure";
 }
 

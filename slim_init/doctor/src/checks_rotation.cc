@@ -42,29 +42,25 @@ std::string axisText(const Eigen::Vector3d& axis) {
               ')');
 }
 
-/// The calibration as measured, floors included.
-struct MeasuredCalibration {
-  Eigen::Matrix3d R_b_c;
-  Eigen::Matrix3d R_covariance;  ///< of R_b_c Exp(.) [rad^2]
-  double td = 0.0, td_sigma = 0.0;
-  OptionalCalibration all;  ///< of `slim`, where it has measured it
-};
-
-MeasuredCalibration measuredBy(const RotationAlignment& a, const WindowEstimates& answers,
+/// The calibration as measured, floors included: by `slim`, or by the rotations alone, which say
+/// nothing about the translation.
+CalibrationEstimate measuredBy(const RotationAlignment& a, const WindowEstimates& answers,
                                const DoctorOptions& options) {
-  MeasuredCalibration m = {a.R_b_c, a.R_covariance, a.td, a.td_sigma, answers.calibration};
-  const double floor = options.extrinsic_floor_deg / kDegPerRad;
-  if (m.all) {
-    m.R_b_c = m.all->R_b_c;
-    m.R_covariance = m.all->covariance.topLeftCorner<3, 3>();
-    m.td = m.all->td;
-    m.td_sigma = m.all->tdSigma();
-    m.all->covariance.diagonal().segment<3>(3).array() +=
-        options.translation_floor_m * options.translation_floor_m;
+  CalibrationEstimate found;
+  if (answers.calibration.has_value()) {
+    found = *answers.calibration;
+  } else {
+    found.R_b_c = a.R_b_c;
+    found.td = a.td;
+    found.covariance.topLeftCorner<3, 3>() = a.R_covariance;
+    found.covariance(6, 6) = a.td_sigma * a.td_sigma;
   }
-  m.R_covariance.diagonal().array() += floor * floor;
-  if (m.all) m.all->covariance.topLeftCorner<3, 3>() = m.R_covariance;
-  return m;
+  const auto add_floor = [&found](int first, double sigma) {
+    found.covariance.diagonal().segment<3>(first).array() += sigma * sigma;
+  };
+  add_floor(0, options.extrinsic_floor_deg / kDegPerRad);
+  add_floor(3, options.translation_floor_m);
+  return found;
 }
 
 void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
@@ -93,24 +89,25 @@ const char* consequence(Severity severity) {
 }
 
 /// True where the file has to be changed.
-bool checkTimeOffset(const DoctorData& data, const MeasuredCalibration& a,
+bool checkTimeOffset(const DoctorData& data, const CalibrationEstimate& a,
                      const DoctorOptions& options, Findings* findings) {
+  const double sigma = a.tdSigma();
   const double configured = data.calibration.td, may_be = options.time_offset_s.warn;
   const double off = std::abs(a.td - configured);
-  const bool known = off > options.significance * a.td_sigma;
-  Finding& f = add(
-      findings,
-      {"time_offset", known ? severityAbove(off, options.time_offset_s) : Severity::kOk, 1e3 * a.td,
-       1e3 * (configured - may_be), 1e3 * (configured + may_be), "ms"},
-      text("The measured time offset td is ", number(1e3 * a.td), " ms (+- ",
-           number(1e3 * a.td_sigma, 2), "), the configured one ", number(1e3 * configured), " ms"),
-      text("Set td: ", number(a.td),
-           " (t_imu = t_image + td), or correct the stamps in the driver of camera or IMU."));
+  const bool known = off > options.significance * sigma;
+  Finding& f =
+      add(findings,
+          {"time_offset", known ? severityAbove(off, options.time_offset_s) : Severity::kOk,
+           1e3 * a.td, 1e3 * (configured - may_be), 1e3 * (configured + may_be), "ms"},
+          text("The measured time offset td is ", number(1e3 * a.td), " ms (+- ",
+               number(1e3 * sigma, 2), "), the configured one ", number(1e3 * configured), " ms"),
+          text("Set td: ", number(a.td),
+               " (t_imu = t_image + td), or correct the stamps in the driver of camera or IMU."));
   if (f.severity != Severity::kOk) {
     f.message += consequence(f.severity);
     return true;
   }
-  if (a.td_sigma > 0.5 * may_be) {
+  if (sigma > 0.5 * may_be) {
     setUncertain(&f, "", "Record 20 s in which the rig is turned back and forth quickly by hand.");
   }
   return false;
@@ -126,9 +123,9 @@ struct ExtrinsicDifference {
 };
 
 ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
-                                        const MeasuredCalibration& a) {
+                                        const CalibrationEstimate& a) {
   constexpr double kOpen = 0.1;  // [rad]; what the motion determines is known far better
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(a.R_covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(a.covariance.topLeftCorner<3, 3>());
   ExtrinsicDifference d;
   d.R_b_c = a.R_b_c;
   d.sigma = std::sqrt(axes.eigenvalues()(2));
@@ -150,7 +147,7 @@ ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
 }
 
 /// True where the file has to be changed.
-bool checkExtrinsic(const DoctorData& data, const MeasuredCalibration& a,
+bool checkExtrinsic(const DoctorData& data, const CalibrationEstimate& a,
                     const DoctorOptions& options, Findings* findings) {
   const ExtrinsicDifference d = extrinsicDifference(data.calibration.R_b_c, a);
   const double angle = kDegPerRad * d.difference.norm();
@@ -189,13 +186,13 @@ bool checkExtrinsic(const DoctorData& data, const MeasuredCalibration& a,
   return off;
 }
 
-/// True where the file has to be changed. Only `slim` measures it.
-bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
+/// True where the file has to be changed. `known`: `slim` has measured it.
+bool checkTranslation(const DoctorData& data, const CalibrationEstimate& a, bool known,
                       const DoctorOptions& options, Findings* findings) {
   constexpr double kMmPerM = 1e3;
   Finding f = notChecked("extrinsic_translation", "mm");
   f.max = kMmPerM * options.max_translation_m;
-  if (!a.all) {
+  if (!known) {
     add(findings, f, "Extrinsic translation not checked: too few windows that slim can solve",
         kHowToTurn);
     return false;
@@ -208,8 +205,8 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
         "Correct the accelerometer first.");
     return false;
   }
-  const double off = (a.all->t_b_c - data.calibration.t_b_c).norm();
-  const double sigma = std::sqrt(a.all->covariance.diagonal().segment<3>(3).maxCoeff());
+  const double off = (a.t_b_c - data.calibration.t_b_c).norm();
+  const double sigma = std::sqrt(a.covariance.diagonal().segment<3>(3).maxCoeff());
   const bool is_off = off > options.max_translation_m && off > options.significance * sigma;
   f.value = kMmPerM * off;
   f.severity = is_off ? Severity::kWarning : Severity::kOk;
@@ -226,19 +223,15 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
 }
 
 /// Lines for the parts that are off; the others stay as the file has them.
-std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool td, bool rotation,
+std::string linesFor(const DoctorData& data, CalibrationEstimate found, bool td, bool rotation,
                      bool translation) {
   host_health::FileCalibration file;
   file.calibration = data.calibration;
   file.extrinsic_in_one_matrix = data.extrinsic_in_one_matrix;
   file.has_rotation = data.has_rotation || !rotation;
   file.has_translation = data.has_translation || !translation;
-  CalibrationEstimate found;
-  if (a.all) found = *a.all;
-  found.covariance.topLeftCorner<3, 3>() = a.R_covariance;
-  found.covariance(6, 6) = a.td_sigma * a.td_sigma;
-  found.R_b_c = rotation ? a.R_b_c : data.calibration.R_b_c;
-  found.td = td ? a.td : data.calibration.td;
+  if (!rotation) found.R_b_c = data.calibration.R_b_c;
+  if (!td) found.td = data.calibration.td;
   if (!translation) found.t_b_c = data.calibration.t_b_c;
   found.readout_s = data.calibration.readout_s;
   return host_health::calibrationLines(file, found);
@@ -309,11 +302,12 @@ std::string checkRotation(const DoctorData& data, const RotationAlignment& a,
     noneChecked(findings);
     return "";
   }
-  const MeasuredCalibration measured = measuredBy(a, answers, options);
+  const CalibrationEstimate measured = measuredBy(a, answers, options);
   checkScale(a, options, findings);
   const bool td = checkTimeOffset(data, measured, options, findings);
   const bool rotation = checkExtrinsic(data, measured, options, findings);
-  const bool translation = checkTranslation(data, measured, options, findings);
+  const bool translation =
+      checkTranslation(data, measured, answers.calibration.has_value(), options, findings);
   return linesFor(data, measured, td, rotation, translation);
 }
 

@@ -98,14 +98,13 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
   // At too low a rate every step is too long, which imu_rate reports.
   const double max_gap = std::max(options.max_imu_gap_s, 3.0 * steps.period);
   Finding& gap =
-      add(findings, atMost("imu_gap", steps.largest, max_gap, Severity::kWarning, "ms", 1e3),
+      add(findings, atMost("imu_gap", steps.largest, warningAt(max_gap), "ms", 1e3),
           "The longest step between IMU samples is " + number(1e3 * steps.largest) + " ms",
           "No initialization window is cut across it. Find out what delayed the driver then.");
   if (gap.severity != Severity::kOk) {
     gap.message += ", " + number(steps.largest_at, 4) + " s after the start";
   }
-  add(findings,
-      atMost("imu_jitter", steps.jitter, options.max_imu_jitter, Severity::kWarning, "%", 100.0),
+  add(findings, atMost("imu_jitter", steps.jitter, warningAt(options.max_imu_jitter), "%", 100.0),
       "Nine of ten steps between IMU samples deviate from the period by at most " +
           percent(steps.jitter),
       "The stamps are arrival times, not measurement times: use the sensor's own clock.");

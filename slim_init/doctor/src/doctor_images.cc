@@ -13,16 +13,14 @@
 namespace slim_init::evaluation {
 namespace {
 
-/// Grey level below which `share` of the pixels are.
-double greyQuantile(const std::vector<int>& histogram, double share) {
-  double total = 0.0;
-  for (const int count : histogram) total += count;
-  double sum = 0.0;
-  for (std::size_t level = 0; level < histogram.size(); ++level) {
-    sum += histogram[level];
-    if (sum >= share * total) return static_cast<double>(level);
-  }
-  return 255.0;
+/// The smallest value that at least `share` of the pixels do not exceed.
+template <typename T>
+T pixelQuantile(const cv::Mat& image, double share) {
+  std::vector<T> values(image.begin<T>(), image.end<T>());
+  const double below = std::ceil(share * static_cast<double>(values.size())) - 1.0;
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max(below, 0.0));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
 }
 
 /// Sigma of the sharpest edges [px]: a step of height h, blurred by a Gaussian, is steepest with
@@ -43,11 +41,7 @@ double edgeSigma(const cv::Mat& image) {
   cv::Mat slope;
   cv::magnitude(gx, gy, slope);
 
-  std::vector<float> slopes(slope.begin<float>(), slope.end<float>());
-  const auto nth =
-      static_cast<std::ptrdiff_t>((1.0 - kSteepest) * static_cast<double>(slopes.size()));
-  std::nth_element(slopes.begin(), slopes.begin() + nth, slopes.end());
-  const float steep = std::max(slopes[nth], 1.0f);
+  const float steep = std::max(pixelQuantile<float>(slope, 1.0 - kSteepest), 1.0f);
 
   std::vector<double> sigmas;
   for (int y = 0; y < image.rows; ++y) {
@@ -118,15 +112,8 @@ ImageFacts imageFacts(double t, const cv::Mat& image, const cv::Mat& before, cv:
   facts.t = t;
   if (image.empty()) return facts;
   facts.right_size = image.size() == size;
-  std::vector<int> histogram(256, 0);
-  for (int y = 0; y < image.rows; ++y) {
-    const auto* row = image.ptr<uchar>(y);
-    for (int x = 0; x < image.cols; ++x) ++histogram[row[x]];
-  }
-  facts.p99 = greyQuantile(histogram, 0.99);
-  int white = 0;
-  for (std::size_t level = 250; level < histogram.size(); ++level) white += histogram[level];
-  facts.saturated = white / static_cast<double>(image.total());
+  facts.p99 = pixelQuantile<uchar>(image, 0.99);
+  facts.saturated = cv::countNonZero(image >= 250) / static_cast<double>(image.total());
   facts.repeats = image.size() == before.size() && cv::norm(image, before, cv::NORM_INF) == 0.0;
   facts.blur_px = edgeSigma(image);
   return facts;

@@ -51,19 +51,17 @@ std::string wrapped(const std::string& text, std::size_t indent, const std::stri
   return result + line + "\n";
 }
 
-struct Style {
-  const char* label;
-  const char* color;
+struct SeverityText {
+  const char *name, *label, *color;
 };
-Style styleOf(Severity severity) {
-  switch (severity) {
-    case Severity::kOk: return {"ok", "\033[32m"};
-    case Severity::kNote: return {"note", "\033[36m"};
-    case Severity::kNotChecked: return {"not checked", "\033[36m"};
-    case Severity::kWarning: return {"WARNING", "\033[33m"};
-    case Severity::kError: return {"ERROR", "\033[31m"};
-  }
-  return {"", ""};
+const SeverityText& textOf(Severity severity) {
+  // In the order of Severity.
+  static constexpr SeverityText kTexts[] = {{"ok", "ok", "\033[32m"},
+                                            {"note", "note", "\033[36m"},
+                                            {"not_checked", "not checked", "\033[36m"},
+                                            {"warning", "WARNING", "\033[33m"},
+                                            {"error", "ERROR", "\033[31m"}};
+  return kTexts[static_cast<int>(severity)];
 }
 
 std::string countText(const DoctorReport& report, Severity severity, const char* one,
@@ -78,6 +76,8 @@ Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json
 
 }  // namespace
 
+const char* toString(Severity severity) { return textOf(severity).name; }
+
 std::string doctorText(const DoctorReport& report, bool color) {
   std::string text = report.name + ": " + countText(report, Severity::kError, "error", "errors") +
                      ", " + countText(report, Severity::kWarning, "warning", "warnings") + ", " +
@@ -85,7 +85,7 @@ std::string doctorText(const DoctorReport& report, bool color) {
                      " not possible\n";
   constexpr std::size_t kLabel = 13, kCheck = 23, kValue = 25;
   for (const Finding& f : report.findings) {
-    const Style style = styleOf(f.severity);
+    const SeverityText& style = textOf(f.severity);
     const std::string label = padded(style.label, kLabel);
     const std::string value = std::isfinite(f.value) ? withUnit(number(f.value), f.unit) : "-";
     std::string line = "  " + (color ? style.color + label + "\033[0m" : label) +

@@ -3,7 +3,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <unordered_map>
 
@@ -18,6 +17,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
 using namespace rotation_alignment;  // NOLINT: the bounds of this module
 
 // From one image of a pair to the other, long enough to turn and short enough for tracks, and from
@@ -132,26 +132,15 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
   return pairs;
 }
 
-/// Rates of camera and gyro over the pairs, about their means, with weights.
+/// Rates of camera and gyro, one column per pair, about their weighted means.
 struct Rates {
-  std::vector<Vector3d> camera, gyro;
-  std::vector<double> weights;
-  std::vector<double> noise2;  // of the camera's, squared
-
-  void center() {
-    Vector3d camera_sum = Vector3d::Zero(), gyro_sum = Vector3d::Zero();
-    double sum = 0.0;
-    for (std::size_t k = 0; k < camera.size(); ++k) {
-      camera_sum += weights[k] * camera[k];
-      gyro_sum += weights[k] * gyro[k];
-      sum += weights[k];
-    }
-    for (std::size_t k = 0; k < camera.size(); ++k) {
-      camera[k] -= camera_sum / sum;
-      gyro[k] -= gyro_sum / sum;
-    }
-  }
+  Eigen::Matrix3Xd camera, gyro;
+  Vector3d camera_mean, gyro_mean;
 };
+
+double weightedSquares(const Eigen::Matrix3Xd& columns, const VectorXd& weights) {
+  return weights.dot(columns.colwise().squaredNorm());
+}
 
 struct Procrustes {
   Matrix3d R_b_c = Matrix3d::Identity();
@@ -160,18 +149,14 @@ struct Procrustes {
   double scale = 1.0;
 };
 
-/// R that minimises sum w |gyro / scale - R camera|^2.
-Procrustes procrustes(const Rates& rates, const Matrix3d& R_tie) {
-  Matrix3d B = Matrix3d::Zero();
-  double camera2 = 0.0, gyro2 = 0.0, noise2 = 0.0;
-  for (std::size_t k = 0; k < rates.camera.size(); ++k) {
-    noise2 += rates.weights[k] * rates.noise2[k];
-    B += rates.weights[k] * rates.gyro[k] * rates.camera[k].transpose();
-    camera2 += rates.weights[k] * rates.camera[k].squaredNorm();
-    gyro2 += rates.weights[k] * rates.gyro[k].squaredNorm();
-  }
+/// R that minimises sum w |gyro / scale - R camera|^2. `noise2`: weighted sum of the squared noise
+/// of the camera's rates, which would make them longer.
+Procrustes procrustes(const Rates& rates, const VectorXd& weights, double noise2,
+                      const Matrix3d& R_tie) {
+  const Matrix3d B = rates.gyro * weights.asDiagonal() * rates.camera.transpose();
+  const double camera2 = weightedSquares(rates.camera, weights);
   Procrustes result;
-  const double norm = std::sqrt(camera2 * gyro2);
+  const double norm = std::sqrt(camera2 * weightedSquares(rates.gyro, weights));
   if (!(norm > 0.0)) return result;
   const Eigen::JacobiSVD<Matrix3d> svd(B + kTieBreak * norm * R_tie,
                                        Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -182,7 +167,6 @@ Procrustes procrustes(const Rates& rates, const Matrix3d& R_tie) {
   const double aligned = (result.R_b_c.transpose() * B).trace();
   result.correlation = aligned / norm;
   result.mirrored = (sigma.x() + sigma.y() - signs.z() * sigma.z()) / norm;
-  // The noise of the camera's rates would make them longer.
   result.scale = aligned / std::max(camera2 - noise2, 0.5 * camera2);
   return result;
 }
@@ -194,16 +178,7 @@ class Aligner {
       : frames_(frames), calibration_(calibration), gyro_(imu) {}
 
   RotationAlignment run() {
-    pairs_ = measurePairs(frames_, calibration_.sigmaBearing());
-    // The search needs the pairs at every offset; where the recording is too short for that, the
-    // range is reduced.
-    for (max_offset_ = kMaxOffset; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
-      if (static_cast<int>(covered(max_offset_).size()) >=
-          kLeastCovered * static_cast<double>(pairs_.size())) {
-        break;
-      }
-    }
-    pairs_ = covered(max_offset_);
+    pairs_ = coveredPairs();
     result_.pairs = static_cast<int>(pairs_.size());
     if (result_.pairs < kMinPairs) return result_;
     describe();
@@ -219,19 +194,19 @@ class Aligner {
   }
 
  private:
-  // Search range of the offset: halved until this share of the pairs has IMU data throughout, but
-  // not below kLeastRange [s].
-  static constexpr double kLeastCovered = 0.9, kLeastRange = 0.02;
   static constexpr int kSearchRounds = 3;  // with weights from the previous one
   // Floors against division by zero: spread of the rates [rad/s], scale of the gyro.
   static constexpr double kLeastSpread = 1e-6, kLeastScale = 1e-3;
 
-  std::vector<Pair> covered(double offset) const {
-    std::vector<Pair> result;
-    std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(result), [&](const Pair& pair) {
-      return gyro_.covers(pair.t_i + calibration_.td - offset, pair.t_j + calibration_.td + offset);
+  /// Those with IMU data at every offset of the search.
+  std::vector<Pair> coveredPairs() const {
+    std::vector<Pair> pairs = measurePairs(frames_, calibration_.sigmaBearing());
+    const auto ends = std::remove_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+      return !gyro_.covers(pair.t_i + calibration_.td - kMaxOffset,
+                           pair.t_j + calibration_.td + kMaxOffset);
     });
-    return result;
+    pairs.erase(ends, pairs.end());
+    return pairs;
   }
 
   void describe() {
@@ -256,86 +231,89 @@ class Aligner {
     result_.flow_px_per_s = median(flows);
   }
 
-  Rates ratesAt(double td, const std::vector<double>& weights) const {
+  Rates ratesAt(double td) const {
     Rates rates;
-    rates.weights = weights;
-    for (const Pair& pair : pairs_) {
-      rates.camera.push_back(pair.rate);
-      rates.noise2.push_back(3.0 * pair.sigma * pair.sigma);
-      rates.gyro.push_back(gyro_.meanRate(pair.t_i + td, pair.t_j + td));
+    rates.camera.resize(3, result_.pairs);
+    rates.gyro.resize(3, result_.pairs);
+    for (int k = 0; k < result_.pairs; ++k) {
+      rates.camera.col(k) = pairs_[k].rate;
+      rates.gyro.col(k) = gyro_.meanRate(pairs_[k].t_i + td, pairs_[k].t_j + td);
     }
-    rates.center();
+    rates.camera_mean = rates.camera * weights_ / weights_.sum();
+    rates.gyro_mean = rates.gyro * weights_ / weights_.sum();
+    rates.camera.colwise() -= rates.camera_mean;
+    rates.gyro.colwise() -= rates.gyro_mean;
     return rates;
   }
 
-  /// The offset and rotation of the best correlation.
+  Procrustes align(const Rates& rates) const {
+    double noise2 = 0.0;
+    for (int k = 0; k < result_.pairs; ++k) {
+      noise2 += 3.0 * weights_[k] * pairs_[k].sigma * pairs_[k].sigma;
+    }
+    return procrustes(rates, weights_, noise2, calibration_.R_b_c);
+  }
+
+  /// The offset of the best correlation: on the grid, then the top of the parabola through the best
+  /// and its neighbours.
+  double bestOffset() const {
+    const int steps = static_cast<int>(kMaxOffset / kOffsetStep);
+    std::vector<double> correlations;
+    for (int step = -steps; step <= steps; ++step) {
+      correlations.push_back(align(ratesAt(calibration_.td + step * kOffsetStep)).correlation);
+    }
+    const auto best = std::max_element(correlations.begin(), correlations.end());
+    const auto at = static_cast<int>(best - correlations.begin());
+    const double td = calibration_.td + (at - steps) * kOffsetStep;
+    if (at == 0 || at == 2 * steps) return td;
+    const double curvature = best[-1] - 2.0 * best[0] + best[1];
+    return curvature < 0.0 ? td + 0.5 * kOffsetStep * (best[-1] - best[1]) / curvature : td;
+  }
+
+  /// Offset and rotation of the best correlation.
   void search() {
-    std::vector<double> weights;
-    for (const Pair& pair : pairs_) weights.push_back(pair.weight);
+    weights_.resize(result_.pairs);
+    for (int k = 0; k < result_.pairs; ++k) weights_[k] = pairs_[k].weight;
     Procrustes best;
-    double td = calibration_.td;
     for (int round = 0; round < kSearchRounds; ++round) {
-      const int steps = static_cast<int>(max_offset_ / kOffsetStep);
-      std::vector<double> correlations;
-      best = Procrustes();
-      int at = 0;
-      for (int step = -steps; step <= steps; ++step) {
-        const double offset = calibration_.td + step * kOffsetStep;
-        const Procrustes p = procrustes(ratesAt(offset, weights), calibration_.R_b_c);
-        correlations.push_back(p.correlation);
-        if (p.correlation <= best.correlation) continue;
-        best = p;
-        at = step + steps;
-        td = offset;
-      }
-      // Top of the parabola through the best and its neighbours.
-      if (at > 0 && at < 2 * steps) {
-        const auto c = [&](int k) { return correlations[at + k]; };
-        const double curvature = c(-1) - 2.0 * c(0) + c(1);
-        if (curvature < 0.0) td += 0.5 * kOffsetStep * (c(-1) - c(1)) / curvature;
-      }
-      const Rates rates = ratesAt(td, weights);
-      best = procrustes(rates, calibration_.R_b_c);
+      result_.td = bestOffset();
+      const Rates rates = ratesAt(result_.td);
+      best = align(rates);
       // Pairs that the others contradict count for less in the next round.
-      std::vector<double> distances;
-      for (std::size_t k = 0; k < pairs_.size(); ++k) {
-        distances.push_back((rates.gyro[k] / best.scale - best.R_b_c * rates.camera[k]).norm());
-      }
-      const double spread = std::max(median(distances), kLeastSpread);
-      for (std::size_t k = 0; k < pairs_.size(); ++k) {
-        weights[k] = pairs_[k].weight * gemanMcClure(std::pow(distances[k] / spread, 2));
+      const VectorXd distances =
+          (rates.gyro / best.scale - best.R_b_c * rates.camera).colwise().norm();
+      const double spread = std::max(
+          median(std::vector<double>(distances.data(), distances.data() + distances.size())),
+          kLeastSpread);
+      for (int k = 0; k < result_.pairs; ++k) {
+        weights_[k] = pairs_[k].weight * gemanMcClure(std::pow(distances[k] / spread, 2));
       }
     }
     result_.correlation = best.correlation;
     result_.mirrored_correlation = best.mirrored;
-    result_.td = td;
     result_.R_b_c = best.R_b_c;
     result_.gyro_scale = std::max(best.scale, kLeastScale);
-    describeAlignment(weights);
+    describeAlignment();
   }
 
   /// Bias and standard deviations of the alignment, each quantity for itself, from the scatter of
   /// the pairs about it.
-  void describeAlignment(const std::vector<double>& weights) {
-    const Rates rates = ratesAt(result_.td, weights);
-    Vector3d difference = Vector3d::Zero();
-    Matrix3d of_rotation = Matrix3d::Zero();
-    double sum = 0.0, count = 0.0, of_td = 0.0, of_scale = 0.0, chi2 = 0.0;
-    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+  void describeAlignment() {
+    const Rates rates = ratesAt(result_.td);
+    // The bias is what the means differ by.
+    result_.gyro_bias = rates.gyro_mean / result_.gyro_scale - result_.R_b_c * rates.camera_mean;
+    double count = 0.0, of_td = 0.0;
+    for (int k = 0; k < result_.pairs; ++k) {
       const Pair& pair = pairs_[k];
-      const double t_i = pair.t_i + result_.td, t_j = pair.t_j + result_.td, w = weights[k];
-      const Vector3d& c = rates.camera[k];
-      sum += w;
-      count += w / pair.weight;
-      // The bias is what the means differ by.
-      difference += w * (gyro_.meanRate(t_i, t_j) / result_.gyro_scale - result_.R_b_c * pair.rate);
-      of_rotation += w * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose());
-      of_scale += w * c.squaredNorm();
-      const Vector3d change = (gyro_.rate(t_j) - gyro_.rate(t_i)) / pair.dt / result_.gyro_scale;
-      of_td += w * change.squaredNorm();
-      chi2 += w * (rates.gyro[k] / result_.gyro_scale - result_.R_b_c * c).squaredNorm();
+      count += weights_[k] / pair.weight;
+      const Vector3d change = gyro_.rate(pair.t_j + result_.td) - gyro_.rate(pair.t_i + result_.td);
+      of_td += weights_[k] * (change / pair.dt / result_.gyro_scale).squaredNorm();
     }
-    result_.gyro_bias = difference / sum;
+    const double of_scale = weightedSquares(rates.camera, weights_);
+    const Matrix3d of_rotation = of_scale * Matrix3d::Identity() -
+                                 rates.camera * weights_.asDiagonal() * rates.camera.transpose();
+    const double chi2 =
+        weightedSquares(rates.gyro / result_.gyro_scale - result_.R_b_c * rates.camera, weights_);
     // Pairs that overlap repeat each other.
     const double overlap = std::max(1.0, kPairInterval / kPairSpacing);
     const double variance = overlap * chi2 / (3.0 * count);
@@ -348,8 +326,8 @@ class Aligner {
   const std::vector<FrameObservation>& frames_;
   const Calibration& calibration_;
   Gyro gyro_;
-  double max_offset_ = 0.0;
   std::vector<Pair> pairs_;
+  VectorXd weights_;  // of the pairs
   RotationAlignment result_;
 };
 

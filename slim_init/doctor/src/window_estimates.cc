@@ -26,10 +26,6 @@ constexpr double kCauchySigmas = 3.0;
 
 // A rig whose own standard deviations are not believed.
 constexpr CalibrationSigmas kWide = {10.0, 0.05, 0.05, 0.0};
-// Beyond this difference from the configured calibration the solver starts from the one that the
-// whole recording has: half of the error that it finds on its own.
-constexpr double kFarRotation = 5.0 / kDegPerRad;  // [rad]
-constexpr double kFarTd = 0.03;                    // [s]
 // An alignment that is less certain than this does not replace the configured rotation [rad].
 constexpr double kAligned = 0.1;
 
@@ -140,15 +136,13 @@ bool sameMotion(const RotationAlignment& a, const DoctorOptions& options) {
          std::abs(a.gyro_scale - 1.0) < options.gyro_scale.fail;
 }
 
-// Where the solver starts to look for the calibration.
+// Where the solver starts to look for the calibration: what the whole recording has of it.
 Calibration startOf(const DoctorData& data, const RotationAlignment& a) {
   Calibration start = data.calibration;
-  const Eigen::Vector3d turned = reference::logSo3(start.R_b_c.transpose() * a.R_b_c);
   const double sigma = std::sqrt(
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(a.R_covariance).eigenvalues().maxCoeff());
-  const bool unknown = start.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg;
-  if (sigma < kAligned && (unknown || turned.norm() > kFarRotation)) start.R_b_c = a.R_b_c;
-  if (std::abs(a.td - start.td) > kFarTd) start.td = a.td;
+  if (sigma < kAligned) start.R_b_c = a.R_b_c;
+  start.td = a.td;
   start.sigmas = kWide;
   return start;
 }

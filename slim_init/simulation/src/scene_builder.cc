@@ -163,20 +163,14 @@ void addCorridorLamps(SceneBuilder* b, const Box& hull, int along) {
   const double middle = 0.5 * (hull.min[1 - along] + hull.max[1 - along]);
   int count = 0;
   for (double s = hull.min[along] + 1.5; s < hull.max[along] - 1.0; s += kSpacing) {
-    Vector3d min, max;
-    min[along] = s - 0.6;
-    max[along] = s + 0.6;
-    min[1 - along] = middle - 0.15;
-    max[1 - along] = middle + 0.15;
-    min.z() = hull.max.z() - 0.05;
-    max.z() = hull.max.z() + kEmbed;
-    b->box("lamp", min, max, lamp);
-    min.head<2>().array() -= 0.025;
-    max.head<2>().array() += 0.025;
-    min.z() += 0.01;
-    b->box("lamp rim", min, max, rim);
+    Box box = boxAlong(along, {s - 0.6, s + 0.6}, {middle - 0.15, middle + 0.15},
+                       {hull.max.z() - 0.05, hull.max.z() + kEmbed});
+    b->box("lamp", box, lamp);
+    box.min += Vector3d(-0.025, -0.025, 0.01);
+    box.max += Vector3d(0.025, 0.025, 0.0);
+    b->box("lamp rim", box, rim);
     if (count++ % 2 == 1) continue;
-    Vector3d light = 0.5 * (min + max);
+    Vector3d light = 0.5 * (box.min + box.max);
     light[along] += 0.5 * kSpacing;
     light.z() = hull.max.z() - 0.35;
     b->light(light, 0.32, 2.8);

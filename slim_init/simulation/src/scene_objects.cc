@@ -2,6 +2,7 @@
 //
 // Objects of the built-in scenes, on their walls and on their floor.
 #include <algorithm>
+#include <utility>
 
 #include "scene_parts.h"
 
@@ -143,55 +144,48 @@ void addSkirting(SceneBuilder* b, double height, double brightness) {
 
 namespace {
 
-struct Range {
-  double least, largest;
-};
-
 // One number after the other, the height first: arguments of a call have no order that all
 // compilers share.
 Vector3d drawSize(Random* random, const Range& x, const Range& y, const Range& z) {
-  const double height = random->uniform(z.least, z.largest);
-  const double depth = random->uniform(y.least, y.largest);
-  return Vector3d(random->uniform(x.least, x.largest), depth, height);
+  const double height = random->uniform(z.low, z.high);
+  const double depth = random->uniform(y.low, y.high);
+  return Vector3d(random->uniform(x.low, x.high), depth, height);
+}
+
+// Turns every other object by a right angle; returns the axis of its first extent.
+int drawAxis(Random* random, Vector3d* size) {
+  if (random->uniform() >= 0.5) return 0;
+  std::swap(size->x(), size->y());
+  return 1;
 }
 
 }  // namespace
 
 void addCupboard(SceneBuilder* b) {
   Random& random = b->random;
-  const Vector3d size = drawSize(&random, {0.8, 1.5}, {0.4, 0.7}, {0.8, 1.9});
-  const bool turned = random.uniform() < 0.5;
+  Vector3d size = drawSize(&random, {0.8, 1.5}, {0.4, 0.7}, {0.8, 1.9});
+  const int axis = drawAxis(&random, &size);
   Box place;
-  const Vector3d turned_size(size.y(), size.x(), size.z());
-  if (!b->standing(turned ? turned_size : size, Standing::kAlongWalls, &place)) return;
+  if (!b->standing(size, Standing::kAlongWalls, &place)) return;
   const Look body{
       Pattern::kPlanks, random.uniform(0.4, 0.6), random.uniform(0.2, 0.35), 0.15, 0.0, 0.0};
   b->box("cupboard", place, b->look(body));
   // Doors stand 1 cm proud on all four long sides, so that whichever is seen has them.
-  const int axis = turned ? 1 : 0;
   const int door = b->look(plain(random.uniform(0.25, 0.65)));
   const int knob = b->look(plain(0.1));
   const double half = 0.5 * (place.max[axis] - place.min[axis]);
   for (int i = 0; i < 2; ++i) {
-    Vector3d min = place.min;
-    Vector3d max = place.max;
-    min[1 - axis] -= 0.01;
-    max[1 - axis] += 0.01;
-    min[axis] = place.min[axis] + i * half + 0.03;
-    max[axis] = place.min[axis] + (i + 1) * half - 0.03;
-    min.z() += 0.08;
-    max.z() -= 0.05;
-    b->box("cupboard door", min, max, door);
-    const double u = i == 0 ? max[axis] - 0.06 : min[axis] + 0.03;
-    Vector3d kmin = min;
-    Vector3d kmax = max;
-    kmin[axis] = u;
-    kmax[axis] = u + 0.03;
-    kmin[1 - axis] -= 0.02;
-    kmax[1 - axis] += 0.02;
-    kmin.z() = 0.5 * (min.z() + max.z()) - 0.08;
-    kmax.z() = kmin.z() + 0.16;
-    b->box("knob", kmin, kmax, knob);
+    const Box leaf =
+        boxAlong(axis, {place.min[axis] + i * half + 0.03, place.min[axis] + (i + 1) * half - 0.03},
+                 {place.min[1 - axis] - 0.01, place.max[1 - axis] + 0.01},
+                 {place.min.z() + 0.08, place.max.z() - 0.05});
+    b->box("cupboard door", leaf, door);
+    const double u = i == 0 ? leaf.max[axis] - 0.06 : leaf.min[axis] + 0.03;
+    const double z = 0.5 * (leaf.min.z() + leaf.max.z()) - 0.08;
+    b->box("knob",
+           boxAlong(axis, {u, u + 0.03}, {leaf.min[1 - axis] - 0.02, leaf.max[1 - axis] + 0.02},
+                    {z, z + 0.16}),
+           knob);
   }
 }
 
@@ -270,15 +264,11 @@ void addDials(SceneBuilder* b, const Box& panel, int normal) {
   for (int i = 0; i < 3; ++i) {
     const double a = random.uniform(panel.min[across] + 0.03, panel.max[across] - 0.1);
     const double z = random.uniform(panel.min.z() + 0.03, panel.max.z() - 0.1);
-    Vector3d min = panel.min;
-    Vector3d max = panel.max;
-    min[normal] -= 0.012;
-    max[normal] += 0.012;
-    min[across] = a;
-    max[across] = a + random.uniform(0.03, 0.07);
-    min.z() = z;
-    max.z() = z + random.uniform(0.03, 0.07);
-    b->box("dial", min, max, dial);
+    const double width = random.uniform(0.03, 0.07), height = random.uniform(0.03, 0.07);
+    b->box("dial",
+           boxAlong(normal, {panel.min[normal] - 0.012, panel.max[normal] + 0.012}, {a, a + width},
+                    {z, z + height}),
+           dial);
   }
 }
 
@@ -294,13 +284,7 @@ void addPanels(SceneBuilder* b, const Box& place, int side, double top) {
     const double z0 = random.uniform(place.min.z() + 0.3, place.min.z() + 0.5);
     const double z1 = std::min(top - 0.1, z0 + random.uniform(0.4, 1.5));
     if (w > 0.2 && z1 - z0 > 0.2) {
-      Box panel;
-      panel.min[normal] = place_n - 0.02;
-      panel.max[normal] = place_n + 0.02;
-      panel.min[across] = u;
-      panel.max[across] = u + w;
-      panel.min.z() = z0;
-      panel.max.z() = z1;
+      const Box panel = boxAlong(normal, {place_n - 0.02, place_n + 0.02}, {u, u + w}, {z0, z1});
       b->box("panel", panel, b->look(panelLook(&random)));
       addDials(b, panel, normal);
     }
@@ -329,12 +313,11 @@ void addMotorAndPipe(SceneBuilder* b, const Box& place, double top) {
 
 void addMachine(SceneBuilder* b) {
   Random& random = b->random;
-  const Vector3d size = drawSize(&random, {1.2, 3.5}, {1.0, 2.2}, {1.2, 3.0});
-  const bool turned = random.uniform() < 0.5;
+  Vector3d size = drawSize(&random, {1.2, 3.5}, {1.0, 2.2}, {1.2, 3.0});
+  drawAxis(&random, &size);
   const Standing where = random.uniform() < 0.5 ? Standing::kAlongWalls : Standing::kAnywhere;
   Box place;
-  const Vector3d turned_size(size.y(), size.x(), size.z());
-  if (!b->standing(turned ? turned_size : size, where, &place)) return;
+  if (!b->standing(size, where, &place)) return;
   // The motor takes the upper quarter.
   Vector3d top = place.max;
   top.z() -= 0.25 * (place.max.z() - place.min.z());

@@ -32,6 +32,22 @@ enum class Standing { kAnywhere, kAlongWalls };
 /// Whether a door has a sign with print beside it.
 enum class DoorSign { kNone, kBeside };
 
+/// An interval [m].
+struct Range {
+  double low, high;
+};
+/// A box by its extents along a horizontal axis, across it and upwards.
+inline Box boxAlong(int axis, const Range& along, const Range& across, const Range& up) {
+  Box box;
+  box.min[axis] = along.low;
+  box.max[axis] = along.high;
+  box.min[1 - axis] = across.low;
+  box.max[1 - axis] = across.high;
+  box.min.z() = up.low;
+  box.max.z() = up.high;
+  return box;
+}
+
 /// An upright wall, seen from inside.
 struct Wall {
   int normal = 0;       ///< axis
@@ -111,14 +127,8 @@ class SceneBuilder {
     box("ceiling", {h.min.x() - t.x(), h.min.y() - t.y(), h.max.z()},
         {h.max.x() + t.x(), h.max.y() + t.y(), h.max.z() + t.z()}, look(ceiling_look));
     for (const Wall& wall : walls) {
-      Eigen::Vector3d min, max;
-      min[wall.normal] = wall.inward > 0 ? wall.place - kWallThickness : wall.place;
-      max[wall.normal] = wall.inward > 0 ? wall.place : wall.place + kWallThickness;
-      min[wall.across()] = wall.low;
-      max[wall.across()] = wall.high;
-      min.z() = h.min.z();
-      max.z() = h.max.z();
-      box("wall", min, max, look(wall_look));
+      box("wall", wallBox(wall, wall.low, wall.high, h.min.z(), h.max.z(), -kWallThickness, 0.0),
+          look(wall_look));
     }
   }
 
@@ -126,16 +136,9 @@ class SceneBuilder {
   /// upwards.
   Box wallBox(const Wall& wall, double u0, double u1, double z0, double z1, double back,
               double front) const {
-    Box b;
     const double a = wall.place + wall.inward * back;
-    const double c = wall.place + wall.inward * front;
-    b.min[wall.normal] = std::min(a, c);
-    b.max[wall.normal] = std::max(a, c);
-    b.min[wall.across()] = u0;
-    b.max[wall.across()] = u1;
-    b.min.z() = z0;
-    b.max.z() = z1;
-    return b;
+    const double b = wall.place + wall.inward * front;
+    return boxAlong(wall.normal, {std::min(a, b), std::max(a, b)}, {u0, u1}, {z0, z1});
   }
   /// A box on a wall that stands out by `depth` [m].
   void onWall(const std::string& name, const Wall& wall, double u0, double u1, double z0, double z1,

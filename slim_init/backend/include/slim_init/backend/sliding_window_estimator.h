@@ -19,10 +19,6 @@ struct FrameReport {
   /// Empty, or a message why there is no estimate: the state is then not to be used, and only
   /// seed() and reset() help.
   std::string problem;
-  int tracked = 0;        ///< points of the newest frame that the frame before it saw too
-  int points = 0;         ///< points in the optimisation
-  int iterations = 0;     ///< of the optimisation
-  bool keyframe = false;  ///< the frame before the newest stayed in the window as a keyframe
   /// Points of the newest frame that other frames saw too, and how many of them lie within three
   /// standard deviations of where the window has them.
   int newest_views = 0;

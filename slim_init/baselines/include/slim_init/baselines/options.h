@@ -6,21 +6,6 @@
 
 namespace slim_init::baselines {
 
-/// Step 1, gyroscope bias from points (Kneip and Lynen 2013, He et al. 2023).
-struct GyroBiasOptions {
-  int max_iterations = 30;       ///< Levenberg-Marquardt iterations per linearisation of the IMU
-  int max_relinearizations = 4;  ///< integrations of the gyroscope at a new bias
-  double cauchy_scale = 1e-5;    ///< Cauchy scale of a pair's residual [rad^2]
-  int min_points_per_pair = 6;   ///< minimum number of common points of a keyframe pair
-  double max_bias = 1.0;         ///< maximum valid estimate [rad/s]
-};
-
-/// Limits of the gates on an alignment, beside those of GateOptions.
-struct AlignmentGateOptions {
-  double min_linkage = 10.0;             ///< ratio of eigenvalues of the translation system
-  double max_alignment_residual = 0.10;  ///< rms residual of the alignment [m, m/s]
-};
-
 /// Which lines enter the alignment and how they are weighted (paper IV-C-4).
 struct LineSelectionOptions {
   int min_keyframes = 3;          ///< minimum length of a line track [keyframes]
@@ -82,13 +67,11 @@ struct OpenVinsOptions {
 /// Parameters that only compared methods have. What they share with `slim` (vanishing points,
 /// translations, gates) is in InitializerOptions.
 struct BaselineOptions {
-  GyroBiasOptions gyro_bias;             ///< slim-paper, drt-l, drt-t, drt-vi-ba
-  AlignmentGateOptions alignment_gates;  ///< slim-paper, drt-l, drt-t, drt-vi-ba, vins
-  LineSelectionOptions line_selection;   ///< slim-paper
-  SlimPaperOptions slim_paper;           ///< slim-paper
-  DrtViBaOptions drt_vi_ba;              ///< drt-vi-ba
-  VinsOptions vins;                      ///< vins
-  OpenVinsOptions openvins;              ///< openvins
+  LineSelectionOptions line_selection;  ///< slim-paper
+  SlimPaperOptions slim_paper;          ///< slim-paper
+  DrtViBaOptions drt_vi_ba;             ///< drt-vi-ba
+  VinsOptions vins;                     ///< vins
+  OpenVinsOptions openvins;             ///< openvins
 };
 
 }  // namespace slim_init::baselines
