@@ -1,7 +1,6 @@
 # Builds a catkin workspace with this repository and a package that links it, and asks ROS for the
 # nodes and launch files of the devel and the install space.
-#   cmake -DTOOL=catkin_make|catkin_make_isolated|catkin -DSOURCE_DIR=<repository> -DWORK_DIR=..
-#         -DPYTHON=<of ROS> -P catkin_workspace.cmake
+#   cmake -DSOURCE_DIR=<repository> -DWORK_DIR=.. -DPYTHON=<of ROS> -P catkin_workspace.cmake
 cmake_minimum_required(VERSION 3.16)
 
 function(run)
@@ -25,27 +24,17 @@ file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/catkin_consumer ${WORK_DIR}/src/slim_
 # nor does the optimizer, of which -O1 takes the least: without any, more code is written out.
 set(options -DPYTHON_EXECUTABLE=${PYTHON} -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1
             -DSLIM_INIT_BUILD_EVALUATION=OFF)
-if(TOOL STREQUAL "catkin_make")
-  # By itself it waits while the load of the last minute is above the number of processors, and that is
-  # the load of the tests before this one.
-  include(ProcessorCount)
-  processorcount(jobs)
-  if(jobs EQUAL 0)
-    set(jobs 1)
-  endif()
-  run(catkin_make -j${jobs} ${options})
-  run(catkin_make -j${jobs} ${options} install)
-  set(spaces devel install)
-elseif(TOOL STREQUAL "catkin_make_isolated")
-  run(catkin_make_isolated --install --cmake-args ${options})
-  set(spaces devel_isolated install_isolated)
-else()
-  run(catkin config --init --install --cmake-args ${options})
-  run(catkin build --no-status --no-notify)
-  set(spaces devel install)
+# By itself it waits while the load of the last minute is above the number of processors, and that is
+# the load of the tests before this one.
+include(ProcessorCount)
+processorcount(jobs)
+if(jobs EQUAL 0)
+  set(jobs 1)
 endif()
+run(catkin_make -j${jobs} ${options})
+run(catkin_make -j${jobs} ${options} install)
 
-foreach(space IN LISTS spaces)
+foreach(space devel install)
   set(setup ". ${WORK_DIR}/${space}/setup.sh")
   run(sh -c "${setup} && rosrun slim_init_consumer slim_init_consumer")
   if(NOT output MATCHES "slim, G = 9.81")
