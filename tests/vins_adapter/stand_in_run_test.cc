@@ -58,7 +58,7 @@ class Finder : public IInitializer {
       result.message = "refused";
       return result;
     }
-    result = inner_->initialize(priors);
+    result = inner_->initialize({ignores ? std::vector<StatePrior>() : priors.healthy, known});
     if (!result.success()) return result;
     result.calibration = found_;
     result.warnings = {"the right calibration was found"};
@@ -76,6 +76,7 @@ class Finder : public IInitializer {
 
   KnownSensors known;
   std::atomic<bool> refuses{false}, waits{false};  // solves of a recovery
+  bool ignores = false;                            // healthy states
 
  private:
   Calibration right_, host_;
@@ -931,6 +932,23 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   request(true);
   frame(k);
   EXPECT_EQ(host_.resets, resets + 1) << logText();
+}
+
+// An initializer may ignore what was known before the reset: the host starts all the same, in the
+// frame of before.
+TEST_F(StandInRun, AStartWithoutARecoveryContinuesTheFrame) {
+  int k = startWithFinder(0.0, 0.0, false, 0, true) + 1;
+  for (const int end = k + 12; k < end; ++k) {
+    track(k);
+    frame(k);
+  }
+  finder_->ignores = true;
+  restart(samplesUntil(k + 2));
+  EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
+  k = frameUntilStarted(k + 3, 59);
+  EXPECT_LT(positionError(k - 1), 0.2) << logText();
+  EXPECT_LT(attitudeError(k - 1), 0.05);
+  EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
 }
 
 // The last healthy states fill the window while the solve runs: a request is not served by that.

@@ -93,6 +93,11 @@ double shortestInterval(const std::vector<HostState>& states) {
   return shortest;
 }
 
+// An initializer may ignore the states before: it has found a window in a frame of its own.
+bool ignoresHealthyStates(const HostResult& answer) {
+  return !answer.success() && !answer.result.states.empty() && !answer.result.frame_continued;
+}
+
 std::string whyDropped(AddStatus status) {
   switch (status) {
     case AddStatus::kNotFinite: return "a value is not finite";
@@ -489,8 +494,12 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   HostPropagation propagated;
   if (join) propagated = state.continued(stamps.front());
   // With the state from before, if the IMU has propagated it; else in its place.
-  const HostResult answer =
+  HostResult answer =
       propagated.ok ? state.adapter->recover(stamps, {*state.lost}) : state.adapter->seed(stamps);
+  if (propagated.ok && ignoresHealthyStates(answer)) {
+    propagated.ok = false;
+    answer = state.adapter->seed(stamps);
+  }
   const std::string action = join ? "join" : "seed";
   if (state.reportAnswer(action, answer)) state.record(action, answer, nullptr);
   if (!answer.success()) {
