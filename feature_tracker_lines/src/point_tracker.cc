@@ -374,25 +374,17 @@ struct PointTracker::Target {
   bool recognised = false;  // found by its anchor alone
 };
 
-PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
-  Levels levels;
-  for (int level = 0; level < kLevels; ++level) {
-    levels[level] = pyramid.from(level);
-  }
-  return levels;
-}
-
 void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before->empty()) {
-    const Levels levels_now = levelsOf(now);
+    const Levels levels_now{now, now.from(1)};
     std::vector<Target> targets = expect(last_prior_, *prior);
     last_prior_ = *prior;
     matchBrightness(targets, now, before);
     if (prior->measured) chooseRotation(*before, now, prior, &targets, report);
     deformAnchors(*prior);
-    moved = search(levelsOf(*before), levels_now, *prior, std::move(targets));
+    moved = search({*before, before->from(1)}, levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
