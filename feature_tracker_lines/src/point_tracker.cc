@@ -501,9 +501,9 @@ void PointTracker::matchBrightness(const std::vector<Target>& targets, const Ima
       ratios.push_back(cv::mean(patchAt(now, targets[i].predicted))[0] / was);
     }
   }
-  if (ratios.empty()) return;
-  std::sort(ratios.begin(), ratios.end());
   const std::size_t quarter = ratios.size() / 4;
+  if (quarter == 0) return;
+  std::sort(ratios.begin(), ratios.end());
   const double median = ratios[ratios.size() / 2];
   const double spread = ratios[ratios.size() - 1 - quarter] - ratios[quarter];
   if (std::abs(median - 1.0) > std::max(kSameBrightness, spread)) scaleBrightness(median, before);
