@@ -207,10 +207,8 @@ class ImageFrontEnd::Impl {
   void follow(double t, const RotationPrior& given, ImageReport* report);
   void writeObservations(FrameObservation* frame) const;
   void forgetTracks();
-  void doubtBias(const ImageReport& report);
   void forgetBias();
   void updateBias(const FrameObservation& frame);
-  void estimateBias(double t_imu);
 
   CameraParameters camera_;
   Calibration calibration_;
@@ -349,8 +347,13 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
   return prior;
 }
 
-// Estimates the gyro bias from the tracks in the bias window, if it is time to.
-void ImageFrontEnd::Impl::estimateBias(double t_imu) {
+// Adds the points of a frame to the bias window, and estimates the gyro bias if it is time to.
+void ImageFrontEnd::Impl::updateBias(const FrameObservation& frame) {
+  FrameObservation points;
+  points.t = frame.t;
+  points.points = frame.points;
+  window_.addFrame(points);
+  const double t_imu = frame.t + calibration_.td;
   if (std::isfinite(t_next_estimate_) && t_imu < t_next_estimate_) return;
   const WindowCut cut = window_.cut();
   if (cut.window == nullptr) return;
@@ -374,20 +377,6 @@ void ImageFrontEnd::Impl::forgetBias() {
   overruled_ = 0;
   estimates_ = 0;
   t_next_estimate_ = kNotComputed;
-}
-
-// A known rotation that is overruled again and again comes from a wrong bias.
-void ImageFrontEnd::Impl::doubtBias(const ImageReport& report) {
-  overruled_ = report.rotation_overruled ? overruled_ + 1 : 0;
-  if (overruled_ >= kOverruledToForget) forgetBias();
-}
-
-void ImageFrontEnd::Impl::updateBias(const FrameObservation& frame) {
-  FrameObservation points;
-  points.t = frame.t;
-  points.points = frame.points;
-  window_.addFrame(points);
-  estimateBias(frame.t + calibration_.td);
 }
 
 bool ImageFrontEnd::Impl::isUsable(const cv::Mat& image) const {
@@ -427,7 +416,9 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   writeObservations(frame);
   setRows(camera_.height, frame);
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
-    doubtBias(*report);
+    // A known rotation that is overruled again and again comes from a wrong bias.
+    overruled_ = report->rotation_overruled ? overruled_ + 1 : 0;
+    if (overruled_ >= kOverruledToForget) forgetBias();
     updateBias(*frame);
   }
   report->gyro_bias_known = bias_.has_value();

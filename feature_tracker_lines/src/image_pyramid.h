@@ -52,7 +52,7 @@ inline bool isMasked(const cv::Mat& mask, const cv::Point2f& pixel) {
 void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvings,
                        ImagePyramid* out);
 
-/// Multiplies the grey levels of an image by `factor`. Copies of it keep theirs.
+/// Multiplies the grey levels of an image, and of what shares its memory, by `factor`.
 void scaleBrightness(double factor, ImagePyramid* image);
 
 /// Halvings after which an image has at most twice the pixels of 752 x 480. Bounds in pixels are

@@ -374,25 +374,17 @@ struct PointTracker::Target {
   bool recognised = false;  // found by its anchor alone
 };
 
-PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
-  Levels levels;
-  for (int level = 0; level < kLevels; ++level) {
-    levels[level] = pyramid.from(level);
-  }
-  return levels;
-}
-
 void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before->empty()) {
-    const Levels levels_now = levelsOf(now);
+    const Levels levels_now{now, now.from(1)};
     std::vector<Target> targets = expect(last_prior_, *prior);
     last_prior_ = *prior;
     matchBrightness(targets, now, before);
     if (prior->measured) chooseRotation(*before, now, prior, &targets, report);
     deformAnchors(*prior);
-    moved = search(levelsOf(*before), levels_now, *prior, std::move(targets));
+    moved = search({*before, before->from(1)}, levels_now, *prior, std::move(targets));
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
@@ -509,9 +501,9 @@ void PointTracker::matchBrightness(const std::vector<Target>& targets, const Ima
       ratios.push_back(cv::mean(patchAt(now, targets[i].predicted))[0] / was);
     }
   }
-  if (ratios.empty()) return;
-  std::sort(ratios.begin(), ratios.end());
   const std::size_t quarter = ratios.size() / 4;
+  if (quarter == 0) return;
+  std::sort(ratios.begin(), ratios.end());
   const double median = ratios[ratios.size() / 2];
   const double spread = ratios[ratios.size() - 1 - quarter] - ratios[quarter];
   if (std::abs(median - 1.0) > std::max(kSameBrightness, spread)) scaleBrightness(median, before);

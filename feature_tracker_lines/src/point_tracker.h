@@ -92,7 +92,6 @@ class PointTracker {
   struct Target;
 
   // Default profile.
-  static Levels levelsOf(const ImagePyramid& pyramid);
   void followDefault(ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
   std::vector<Target> expect(const RotationPrior& last, const RotationPrior& prior) const;

@@ -75,22 +75,37 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
   return outcome;
 }
 
-TEST(FrontEndPoints, RichTextureWithoutNoise) {
-  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
-  const Outcome outcome = run(&walk, smallOptions(), 30);
-  EXPECT_GT(outcome.persisting, 80.0);
-  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.08);
-  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.9), 0.25);
-  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.01);
-}
-
-TEST(FrontEndPoints, RepetitiveBricksWithNoise) {
-  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 3);
-  walk.noise = 2.0;
-  const Outcome outcome = run(&walk, smallOptions(), 30);
-  EXPECT_GT(outcome.persisting, 60.0);
-  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.2);
-  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.04);
+// Rich texture without noise, repetitive bricks with it, and every lens.
+TEST(FrontEndPoints, PersistAndStayWhereTheyWere) {
+  CameraParameters wide = smallCamera(), mirror = smallCamera();
+  wide.model = CameraModel::kKannalaBrandt;
+  wide.fx = wide.fy = 110.0;  // about 180 degrees across
+  wide.distortion = {-0.02, 0.005, -0.002, 0.0003};
+  mirror.model = CameraModel::kMei;
+  mirror.xi = 0.9;
+  mirror.fx = mirror.fy = 280.0;
+  mirror.distortion = {-0.1, 0.05, 0.0005, -0.0003};
+  struct Case {
+    CameraParameters camera;
+    WallTexture texture;
+    double noise;
+    int samples, images;
+    double persisting, median_px, p90_px, wrong;  // bounds
+  };
+  const Case cases[] = {{smallCamera(), textures::rich, 0.0, 2, 30, 80.0, 0.08, 0.25, 0.01},
+                        {smallCamera(), textures::bricks, 2.0, 3, 30, 60.0, 0.2, 1.0, 0.04},
+                        {wide, textures::rich, 0.0, 2, 20, 70.0, 0.15, 0.5, 0.03},
+                        {mirror, textures::rich, 0.0, 2, 20, 70.0, 0.15, 0.5, 0.03}};
+  for (const Case& one : cases) {
+    SCOPED_TRACE(&one - cases);
+    RoomWalk walk(one.camera, BoxRoom(kRoom, one.texture), Motion(), one.samples);
+    walk.noise = one.noise;
+    const Outcome outcome = run(&walk, smallOptions(), one.images);
+    EXPECT_GT(outcome.persisting, one.persisting);
+    EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), one.median_px);
+    EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.9), one.p90_px);
+    EXPECT_LT(outcome.errors.pointsBeyond(1.5), one.wrong);
+  }
 }
 
 // A tremor of the hand turns the rows of one image by several pixels against each other, and
@@ -330,24 +345,6 @@ TEST(FrontEndLines, NoMoreThanTheCap) {
   RoomWalk again(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 1);
   const Outcome without = run(&again, options, 3);
   EXPECT_TRUE(without.last.lines.empty());
-}
-
-TEST(FrontEndCameras, TrackThroughEveryLens) {
-  CameraParameters wide = smallCamera(), mirror = smallCamera();
-  wide.model = CameraModel::kKannalaBrandt;
-  wide.fx = wide.fy = 110.0;  // about 180 degrees across
-  wide.distortion = {-0.02, 0.005, -0.002, 0.0003};
-  mirror.model = CameraModel::kMei;
-  mirror.xi = 0.9;
-  mirror.fx = mirror.fy = 280.0;
-  mirror.distortion = {-0.1, 0.05, 0.0005, -0.0003};
-  for (const CameraParameters& camera : {wide, mirror}) {
-    RoomWalk walk(camera, BoxRoom(kRoom, textures::rich), Motion(), 2);
-    const Outcome outcome = run(&walk, smallOptions(), 20);
-    EXPECT_GT(outcome.persisting, 70.0);
-    EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.15);
-    EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.03);
-  }
 }
 
 TEST(FrontEndBias, IsFoundFromTheTracksAndUsed) {

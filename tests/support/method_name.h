@@ -3,23 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cctype>
+#include <algorithm>
 #include <string>
 
 namespace slim_init {
 
-/// A method's name as GoogleTest allows it in the name of a test: "drt-vi-ba" becomes "DrtViBa".
+/// A method's name as GoogleTest allows it in the name of a test: "drt-vi-ba" becomes "drt_vi_ba".
 inline std::string methodTestName(const ::testing::TestParamInfo<std::string>& param) {
-  std::string name;
-  bool upper = true;
-  for (const char c : param.param) {
-    if (c == '-') {
-      upper = true;
-      continue;
-    }
-    name += upper ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
-    upper = false;
-  }
+  std::string name = param.param;
+  std::replace(name.begin(), name.end(), '-', '_');
   return name;
 }
 

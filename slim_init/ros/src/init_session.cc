@@ -13,20 +13,14 @@
 namespace slim_init::node {
 namespace {
 
-constexpr int kMaxImageHeight = 100000;  // [px]; beyond is a mistake
 // Frames that wait for IMU samples: the queue is bounded when the IMU falls silent.
 constexpr std::size_t kMostPending = 50;
 
 }  // namespace
 
 std::string InitSessionOptions::validate() const {
-  if (!(attempt_interval_s >= 0.0 && attempt_interval_s <= 60.0)) {
-    return text("attempt_interval_s is ", attempt_interval_s, ", must be in [0, 60]");
-  }
-  if (image_height < 0 || image_height > kMaxImageHeight) {
-    return text("image_height is ", image_height, ", must be in [0, ", kMaxImageHeight, "]");
-  }
-  return "";
+  if (attempt_interval_s >= 0.0 && attempt_interval_s <= 60.0) return "";
+  return text("attempt_interval_s is ", attempt_interval_s, ", must be in [0, 60]");
 }
 
 InitSession::InitSession(std::unique_ptr<IInitializer> initializer,

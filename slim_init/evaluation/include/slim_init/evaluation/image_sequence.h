@@ -113,8 +113,8 @@ struct BagTopics {
 /// Whether this build has the rosbag library.
 bool rosbagSupported();
 
-/// Opens a bag of ROS 1 (version 2.0): sensor_msgs/Imu, and sensor_msgs/Image (mono8, 8UC1, bgr8,
-/// rgb8, bgra8, rgba8) or sensor_msgs/CompressedImage; velocities as
+/// Opens a bag of ROS 1 (version 2.0): sensor_msgs/Imu, and sensor_msgs/Image (encodings of
+/// image_message.h) or sensor_msgs/CompressedImage; velocities as
 /// geometry_msgs/TwistWithCovarianceStamped or nav_msgs/Odometry. Times are those of the message
 /// headers. The ground truth is read from `groundtruth_file`, columns as in an ASL folder; empty:
 /// none. Neither a master nor any process of ROS is needed. On an error null, and a sentence in

@@ -23,8 +23,8 @@ struct InitSessionOptions {
   /// A frame waits for its lines until the next frame comes; off where there is no publisher of
   /// lines.
   bool expect_lines = true;
-  /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
-  /// (setRows()); 0: those of the observations stay as they are.
+  /// Rows of the images [px], those of the camera, from which the exposure times of a rolling
+  /// shutter are computed (setRows()); 0: those of the observations stay as they are.
   int image_height = 0;
   /// Samples beyond are no measurements (the initializer drops and counts them).
   ImuLimits imu;
