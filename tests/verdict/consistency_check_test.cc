@@ -108,6 +108,34 @@ TEST(ConsistencyCheck, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
   EXPECT_FALSE(judged(&sequence, answer(2, kFull, 1.3, 0.05)).success());
 }
 
+// A far scene gives a scale by chance, if it is solved often enough.
+TEST(ConsistencyCheck, AFullWindowAfterOthersNeedsAsManyAsAGrowingOne) {
+  InitResult none;
+  none.status = InitStatus::kPureRotation;
+  for (const InitResult& before : {none, answer(0, kFull, 1.0, 0.8)}) {
+    ConsistencyCheck sequence(kFullSpan, kBound, 2);
+    judged(&sequence, before);
+    EXPECT_EQ(judged(&sequence, answer(1, kFull, 1.0, 0.05)).status,
+              InitStatus::kScaleTooUncertain);
+    EXPECT_FALSE(judged(&sequence, answer(2, kFull, 1.0, 0.05)).success());
+    EXPECT_TRUE(judged(&sequence, answer(3, kFull, 1.0, 0.05)).success());
+    sequence.reset();
+    EXPECT_TRUE(judged(&sequence, answer(4, kFull, 1.0, 0.05)).success());
+  }
+}
+
+// A tenth of new data in a window makes its scale hardly more certain: one that seems to be does
+// not agree with everything before it.
+TEST(ConsistencyCheck, NewDataExcuseAsMuchAsTheyCanHaveTold) {
+  const double possible = std::pow(9.0 / 8.0, 5.0);
+  for (const double share : {0.9, 1.1}) {
+    ConsistencyCheck sequence(kFullSpan, kBound, 1);
+    judged(&sequence, answer(0, kFull, 1.0, 0.4));
+    const double scale = std::exp(share * kBound * 0.05 * std::sqrt(possible - 0.75));
+    EXPECT_EQ(judged(&sequence, answer(1, kFull, scale, 0.05)).success(), share < 1.0);
+  }
+}
+
 // A host's keyframes are counted back from its newest image: those of two answers lie between each
 // other.
 TEST(ConsistencyCheck, KeyframesNeedNotBeTheSame) {

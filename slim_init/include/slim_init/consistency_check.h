@@ -25,7 +25,7 @@ class ConsistencyCheck {
   /// incorrect estimates changes little; a correct one is sometimes refused for one more keyframe.
   static constexpr double kMaxDisagreement = 2.0;
 
-  /// Earlier estimates that an expanding window needs.
+  /// Earlier estimates that a window needs.
   static constexpr int kEarlierEstimates = 2;
 
   /// Fraction of `full_span_s` from which a window is full: keyframes fall on images.
@@ -36,7 +36,7 @@ class ConsistencyCheck {
 
   /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullFraction of it are
   /// expanding. `max_disagreement`: bound on the difference of the log scales in standard
-  /// deviations; zero: no check. `earlier_estimates`: of an expanding window, at least 1.
+  /// deviations; zero: no check. `earlier_estimates`: that a window needs, at least 1.
   ConsistencyCheck(double full_span_s, double max_disagreement,
                    int earlier_estimates = kEarlierEstimates)
       : full_span_s_(full_span_s),
@@ -63,6 +63,7 @@ class ConsistencyCheck {
   double max_disagreement_;
   int earlier_estimates_;
   std::deque<Estimate> earlier_;  // by time
+  bool solved_before_ = false;    // since the last reset, whatever came of it
 };
 
 }  // namespace slim_init

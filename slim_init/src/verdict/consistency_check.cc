@@ -25,6 +25,11 @@ constexpr double kMaxEarlierSigma = 0.5;
 // Least standard deviation of the difference, as a share of that of the answer: windows of equal
 // length, and sigmas that are only good to a half. Between 0.1 and 1 it makes no difference.
 constexpr double kAgreementFloor = 0.5;
+// Newer data make an estimate more certain, but not at will: with noise at a constant rate, the
+// variance of an acceleration falls with this power of the length of the window. Where it has
+// fallen by more, as by chance in a far scene, the earlier estimate does not excuse as large a
+// difference.
+constexpr double kVariancePower = 5.0;
 
 // Position at time t between two states, the cubic that has their positions and velocities.
 Eigen::Vector3d between(const NavState& a, const NavState& b, double t) {
@@ -59,6 +64,21 @@ double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavSt
   return shared < kMinSharedInstants ? kNotComputed : std::log(length_now / length_before);
 }
 
+// Difference of the scale of `now` from that of an earlier estimate with standard deviation
+// `sigma_before`, in its standard deviations; NaN where both share too few instants.
+double differenceInSigmas(const InitResult& now, const std::vector<NavState>& before,
+                          double sigma_before) {
+  const double log_ratio = logRatioOfPaths(now.states, before);
+  if (!std::isfinite(log_ratio)) return kNotComputed;
+  const double first = now.states.front().t, last = now.states.back().t;
+  const double shared = before.back().t - std::max(first, before.front().t);
+  const double variance = now.scale_sigma * now.scale_sigma;
+  const double possible = variance * std::pow((last - first) / shared, kVariancePower);
+  const double gained = std::min(sigma_before * sigma_before, possible) - variance;
+  return std::abs(log_ratio) /
+         std::sqrt(std::max(gained, 0.0) + kAgreementFloor * kAgreementFloor * variance);
+}
+
 // NaN: too few earlier solves.
 GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
   const char* what = std::isfinite(disagreement_sigmas)
@@ -71,15 +91,22 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
 
 }  // namespace
 
-void ConsistencyCheck::reset() { earlier_.clear(); }
+void ConsistencyCheck::reset() {
+  earlier_.clear();
+  solved_before_ = false;
+}
 
 void ConsistencyCheck::judge(InitResult* result) {
-  if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
+  if (!(max_disagreement_ > 0.0)) return;
   const double sigma = result->scale_sigma;
-  if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
+  if (result->states.size() < 2 || !std::isfinite(sigma) || !(sigma > 0.0)) {
+    solved_before_ = true;
+    return;
+  }
   const double newest = result->states.back().t;
   const auto time = [](const Estimate& estimate) { return estimate.states.back().t; };
   if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
+  const bool solved_before = std::exchange(solved_before_, true);
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
   while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
@@ -94,22 +121,20 @@ void ConsistencyCheck::judge(InitResult* result) {
     bound = time(*estimate) - kMinNewData;
   }
   const double span = newest - result->states.front().t;
-  const bool growing = span < kFullFraction * full_span_s_;
+  // A full window that is the first of many to pass is one by chance as well.
+  const bool needs_all = solved_before || span < kFullFraction * full_span_s_;
   int compared = 0;
   double worst = 0.0;
   for (const Estimate* estimate : before) {
-    const double gained = std::max(estimate->sigma * estimate->sigma - sigma * sigma, 0.0);
-    const double floor = kAgreementFloor * sigma;
-    const double difference = std::abs(logRatioOfPaths(result->states, estimate->states)) /
-                              std::sqrt(gained + floor * floor);
+    const double difference = differenceInSigmas(*result, estimate->states, estimate->sigma);
     if (!std::isfinite(difference)) continue;
-    ++compared;
     worst = std::max(worst, difference);
+    ++compared;
   }
-  const bool enough = compared > 0 && (!growing || compared == earlier_estimates_);
+  const bool enough = compared > 0 && (!needs_all || compared == earlier_estimates_);
   const double disagreement = enough ? worst : kNotComputed;
   if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
-  if (!growing && !std::isfinite(disagreement)) return;
+  if (!needs_all && !std::isfinite(disagreement)) return;
   GateValue gate = agreementGate(disagreement, max_disagreement_);
   gate.enforced = std::any_of(result->gates.begin(), result->gates.end(),
                               // A scale that is not positive is refused with gates off as well.
