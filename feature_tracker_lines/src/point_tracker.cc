@@ -305,14 +305,19 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
 }
 
 cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
-  std::vector<std::pair<float, const Flow*>> nearest;  // by squared distance
+  std::array<std::pair<float, const Flow*>, kNeighbours> nearest;
+  int count = 0;
   for (const Flow& flow : flows) {
     const cv::Point2f d = flow.pixel - pixel;
-    nearest.emplace_back(d.dot(d), &flow);
+    const float square = d.dot(d);
+    if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
+    int at = count < kNeighbours ? count++ : kNeighbours - 1;
+    for (; at > 0 && nearest[at - 1].first > square; --at) {
+      nearest[at] = nearest[at - 1];
+    }
+    nearest[at] = {square, &flow};
   }
-  const int count = std::min(kNeighbours, static_cast<int>(nearest.size()));
   if (count == 0) return {0.0F, 0.0F};
-  std::partial_sort(nearest.begin(), nearest.begin() + count, nearest.end());
   std::array<float, kNeighbours> x{}, y{};
   for (int i = 0; i < count; ++i) {
     x[i] = nearest[i].second->residual.x;

@@ -19,7 +19,6 @@
 #include <iostream>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -135,29 +134,6 @@ double scaleOf(const InitResultMessage& result, const std::string& bag) {
   return similarity.s;
 }
 
-std::vector<std::string> cellsOf(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream row(line);
-  for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-/// One column of the row of windows.csv that starts at a stamp; empty: no such row.
-std::string cellOf(const std::string& csv, std::int64_t start_ns, const std::string& column) {
-  std::istringstream lines(csv);
-  std::string line;
-  std::getline(lines, line);
-  const std::vector<std::string> header = cellsOf(line);
-  while (std::getline(lines, line)) {
-    const std::vector<std::string> cells = cellsOf(line);
-    std::map<std::string, std::string> row;
-    for (std::size_t i = 0; i < std::min(header.size(), cells.size()); ++i)
-      row[header[i]] = cells[i];
-    if (row["t_start_ns"] == std::to_string(start_ns)) return row[column];
-  }
-  return "";
-}
-
 /// Waits until both nodes listen to the sensors, then plays the bag once.
 void play(Listener* listener, const std::string& bag) {
   ros::Publisher imu = listener->handle.advertise<sensor_msgs::Imu>("/imu0", 1);
@@ -218,16 +194,18 @@ TEST_F(Init, IsWhatTheProgramComputesForThatWindow) {
       runProgram(folder, {"ab", "--bag", *bag_, "--config", parameter("config"), "--methods",
                           "slim", "--stride", "1", "--quiet", "--out", folder.file("ab")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const std::string windows = readFile(folder.file("ab/windows.csv"));
-  const std::int64_t start = stampNs(result.stamps.front());
-  EXPECT_EQ(cellOf(windows, start, "status"), "success") << windows;
-  EXPECT_EQ(cellOf(windows, start, "keyframes"), "10");
-  const double scale = std::atof(cellOf(windows, start, "scale").c_str());
+  std::map<std::string, std::string> window;  // the one of the result
+  for (const auto& row : windowRows(readFile(folder.file("ab/windows.csv")))) {
+    if (row.at("t_start_ns") == std::to_string(stampNs(result.stamps.front()))) window = row;
+  }
+  EXPECT_EQ(window["status"], "success");
+  EXPECT_EQ(window["keyframes"], "10");
+  const double scale = std::atof(window["scale"].c_str());
   // The features went through messages of 32-bit floats.
   EXPECT_NEAR(scaleOf(result, *bag_), scale, 1e-3);
-  EXPECT_NEAR(result.scale_sigma, std::atof(cellOf(windows, start, "scale_sigma").c_str()), 1e-4);
-  EXPECT_EQ(std::to_string(result.status.point_tracks), cellOf(windows, start, "point_tracks"));
-  EXPECT_EQ(std::to_string(result.status.line_tracks), cellOf(windows, start, "line_tracks"));
+  EXPECT_NEAR(result.scale_sigma, std::atof(window["scale_sigma"].c_str()), 1e-4);
+  EXPECT_EQ(std::to_string(result.status.point_tracks), window["point_tracks"]);
+  EXPECT_EQ(std::to_string(result.status.line_tracks), window["line_tracks"]);
 }
 
 TEST_F(Init, EveryAttemptHasAStatusAndTheSeedAgrees) {

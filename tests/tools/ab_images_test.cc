@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -31,25 +30,6 @@ std::string windowsOf(const std::string& out) {
   std::istringstream lines(withoutTimes(readFile(out + "/windows.csv")));
   std::string rows;
   for (std::string line; std::getline(lines, line);) rows += line.substr(line.find(',')) + "\n";
-  return rows;
-}
-
-/// The rows of windows.csv by column, as far as the first text that may be quoted.
-std::vector<std::map<std::string, std::string>> rowsOf(const std::string& csv) {
-  std::istringstream lines(csv);
-  std::vector<std::map<std::string, std::string>> rows;
-  std::string header, line;
-  std::getline(lines, header);
-  header.erase(header.find(",warnings"));
-  while (std::getline(lines, line)) {
-    std::istringstream names(header), cells(line);
-    rows.emplace_back();
-    std::string cell;
-    for (std::string name; std::getline(names, name, ',');) {
-      std::getline(cells, cell, ',');
-      rows.back()[name] = cell;
-    }
-  }
   return rows;
 }
 
@@ -246,7 +226,7 @@ TEST_F(Snippet, EveryWindowIsStationaryWithGravityAndGyroBias) {
     EXPECT_EQ(all["statuses"].value("stationary", 0), windows) << name << ": " << all["statuses"];
   }
   int stationary = 0;
-  for (const auto& row : rowsOf(readFile(folder.file("out/windows.csv")))) {
+  for (const auto& row : windowRows(readFile(folder.file("out/windows.csv")))) {
     const std::string& method = row.at("method");
     if (row.at("status") != "stationary" || method == "vins" || method == "openvins") continue;
     ++stationary;
