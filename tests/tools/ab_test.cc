@@ -536,7 +536,7 @@ TEST_F(AbOfRecordings, OneRuns) {
   const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
                                              "--limit", "20", "--out", folder.file("out")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.err, "1 of 2033 images");
+  expectParts(run.err, "57 of 2033 images");
   const auto json = summaryOf(folder);
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
