@@ -25,13 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run: what its files are written from.
-struct AbRun {
-  evaluation::RunInfo info;
-  evaluation::ProtocolResult result;
-  std::vector<evaluation::MethodSummary> summaries;
-};
-
 std::string trackingLine(const evaluation::TrackingSummary& tracking) {
   return roundedText(3, tracking.tracked, " of ", tracking.images, " images tracked; an image has ",
                      tracking.points, " points and ", tracking.lines, " lines, ",
@@ -124,18 +117,15 @@ evaluation::ProtocolResult solveWindows(const AbOptions& options, const LoadedSe
   std::vector<const WindowSolver*> solvers;
   for (const Method& method : methods) solvers.push_back(method.solver.get());
   ProgressBar bar(loaded.sequence.name, !options.quiet);
-  evaluation::ProtocolResult result;
-  check(evaluation::runProtocol(
-            loaded.sequence, solvers, protocolOptions(options),
-            [&bar](int done, int total) { bar.update(done, total); }, &result),
-        "", kExitInternal);
+  evaluation::ProtocolResult result =
+      evaluation::runProtocol(loaded.sequence, solvers, protocolOptions(options),
+                              [&bar](int done, int total) { bar.update(done, total); });
   if (result.windows.empty()) check(noWindowMessage(loaded, options, result.counts));
   return result;
 }
 
-/// Loads or simulates the sequence, runs every method on its windows and writes the data into
-/// options.out. `options` have been prepared.
-AbRun runOnce(const AbOptions& options) {
+int runAb(AbOptions options) {
+  prepare(&options);
   const std::vector<Method> methods = makeMethods(options);
   const LoadedSequence loaded = loadSequence(options);
   std::vector<std::string> notes = options.file_notes;
@@ -143,26 +133,19 @@ AbRun runOnce(const AbOptions& options) {
   for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
   // Before the long part: a folder that cannot be written is best known now.
   check(evaluation::makeReportDirectory(options.out), "--out: ", kExitInternal);
-  AbRun run;
-  run.result = solveWindows(options, loaded, methods);
-  run.info = describeRun(options, loaded, methods, notes);
-  run.summaries = evaluation::summarize(run.result);
-  check(evaluation::writeReport(options.out, run.info, run.result, run.summaries), "",
-        kExitInternal);
-  return run;
-}
-
-int runAb(AbOptions options) {
-  prepare(&options);
-  const AbRun run = runOnce(options);
+  const evaluation::ProtocolResult result = solveWindows(options, loaded, methods);
+  const std::vector<evaluation::MethodSummary> summaries = evaluation::summarize(result);
+  check(evaluation::writeReport(options.out, describeRun(options, loaded, methods, notes), result,
+                                summaries),
+        "", kExitInternal);
   if (!options.quiet) {
-    std::cout << run.info.dataset;
+    std::cout << loaded.sequence.name;
     if (!options.hasImages()) {
       std::cout << " (" << options.world << ", seed " << options.seed << ")";
     }
     std::cout << "\n";
-    if (run.info.tracking.has_value()) std::cout << trackingLine(*run.info.tracking);
-    std::cout << evaluation::summaryTable(run.result, run.summaries) << std::flush;
+    if (loaded.sequence.tracking.has_value()) std::cout << trackingLine(*loaded.sequence.tracking);
+    std::cout << evaluation::summaryTable(result, summaries) << std::flush;
   }
   ReportOutcome report;
   if (options.report == "auto") report = makeReport(options.out);

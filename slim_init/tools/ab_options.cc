@@ -22,6 +22,13 @@ std::string join(const std::vector<std::string>& names) {
   return joined;
 }
 
+std::vector<std::string> splitList(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream stream(list.empty() ? "" : list + ",");
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -69,11 +76,9 @@ constexpr std::pair<const char*, GateMode> kGateModes[] = {
     {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
 
 void checkMethods(AbOptions* options) {
-  options->method_names = methodNames();
-  if (options->methods.empty()) return;
   options->method_names.clear();
-  std::istringstream list(options->methods + ",");
-  for (std::string name; std::getline(list, name, ',');) {
+  if (options->methods.empty()) options->method_names = methodNames();
+  for (const std::string& name : splitList(options->methods)) {
     if (!contains(methodNames(), name)) {
       check("--methods names '" + name + "', must be one of: " + join(methodNames()));
     }

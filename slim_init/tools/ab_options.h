@@ -104,6 +104,9 @@ struct AbOption {
 /// "a, b, c", for a message.
 std::string join(const std::vector<std::string>& names);
 
+/// The parts of "a,b,c"; an empty text has none.
+std::vector<std::string> splitList(const std::string& list);
+
 bool contains(const std::vector<std::string>& names, const std::string& name);
 
 /// All options, bound to the fields of `options`. Parsing, help, range checks and the report all go

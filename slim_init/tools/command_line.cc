@@ -31,22 +31,6 @@ std::vector<Subcommand> subcommands() {
       optionsSubcommand()};
 }
 
-/// The words as one would type them in a shell, quoted where that is needed.
-std::string shellLine(const std::vector<std::string>& words) {
-  std::string line;
-  for (const std::string& word : words) {
-    if (!line.empty()) line += ' ';
-    if (!word.empty() && word.find_first_of(" \t\n'\"\\$`*?&;|<>()[]#~!") == std::string::npos) {
-      line += word;
-      continue;
-    }
-    line += '\'';
-    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += '\'';
-  }
-  return line;
-}
-
 /// Options and texts of `slim_init` itself or of a subcommand.
 struct Syntax {
   explicit Syntax(const std::string& called)
@@ -98,16 +82,14 @@ std::string programHelp() {
   return out.str();
 }
 
-using Given = std::vector<std::pair<std::string, std::string>>;  // name without dashes, value
+bool asksForHelp(const std::vector<std::string>& arguments) {
+  return contains(arguments, "--help") || contains(arguments, "-h");
+}
 
 /// Splits the arguments into options and their values. Returns an empty string, or the first
-/// problem as a sentence. --help wins over everything else.
-std::string split(const Syntax& syntax, const std::vector<std::string>& arguments, Given* given) {
-  for (const std::string& argument : arguments) {
-    if (argument != "--help" && argument != "-h") continue;
-    *given = {{"help", ""}};
-    return "";
-  }
+/// problem as a sentence.
+std::string split(const Syntax& syntax, const std::vector<std::string>& arguments,
+                  po::variables_map* given) {
   po::command_line_parser parser(arguments);
   using Style = po::command_line_style::style_t;
   // "--str" must not become --stride today and an error when another --str... is added.
@@ -125,57 +107,55 @@ std::string split(const Syntax& syntax, const std::vector<std::string>& argument
       if (option.original_tokens.size() > 1 && value.compare(0, 2, "--") == 0) {
         return option.original_tokens.front() + " needs a value, but '" + value + "' follows";
       }
-      given->emplace_back(option.string_key, value);
     }
-    po::variables_map once;
-    po::store(parsed, once);  // refuses what is given twice
+    po::store(parsed, *given);  // refuses what is given twice
   } catch (const po::error& error) {
     return error.what();
   }
   return "";
 }
 
-bool has(const Given& given, const std::string& name) {
-  return std::any_of(given.begin(), given.end(),
-                     [&name](const auto& option) { return option.first == name; });
-}
-
-std::string setOptions(const Given& given, const std::vector<AbOption>& table) {
-  for (const auto& [name, value] : given) {
-    const auto option =
-        std::find_if(table.begin(), table.end(),
-                     [&wanted = name](const AbOption& known) { return known.name == wanted; });
-    if (option == table.end()) continue;  // --help, which does not come here
-    if (std::string sentence = setOption(*option, value); !sentence.empty()) return sentence;
-  }
-  return "";
-}
-
 }  // namespace
+
+std::string shellLine(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) {
+    if (!line.empty()) line += ' ';
+    if (!word.empty() && word.find_first_of(" \t\n'\"\\$`*?&;|<>()[]#~!") == std::string::npos) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
 
 std::string parseCommandLine(const std::vector<std::string>& arguments, CommandLine* line) {
   // What stands before the first word is for the program, what comes after it for the subcommand.
   const auto word = std::find_if(
       arguments.begin(), arguments.end(),
       [](const std::string& argument) { return argument.empty() || argument[0] != '-'; });
-  Given given;
   const std::vector<std::string> before(arguments.begin(), word);
-  if (std::string problem = split(programSyntax(), before, &given); !problem.empty()) {
-    return problem;
-  }
-  if (has(given, "help")) {
+  if (asksForHelp(before)) {
     line->text = programHelp();
     return "";
   }
-  if (has(given, "version")) {
+  po::variables_map of_program;
+  if (std::string problem = split(programSyntax(), before, &of_program); !problem.empty()) {
+    return problem;
+  }
+  if (of_program.count("version") > 0) {
     if (word != arguments.end()) return "'" + *word + "' was not expected after --version";
     line->text = "slim_init " SLIM_INIT_VERSION "\n";
     return "";
   }
 
   const std::vector<Subcommand> all = subcommands();
-  std::string known;
-  for (const Subcommand& one : all) known += (known.empty() ? "" : ", ") + one.name;
+  std::vector<std::string> names;
+  for (const Subcommand& one : all) names.push_back(one.name);
+  const std::string known = join(names);
   if (word == arguments.end()) return "a subcommand is needed: " + known;
   const auto subcommand = std::find_if(
       all.begin(), all.end(), [&word](const Subcommand& one) { return *word == one.name; });
@@ -189,19 +169,25 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     return "";
   }
   const Syntax syntax = tableSyntax("slim_init " + subcommand->name, subcommand->options);
-  given.clear();
-  if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
-  if (has(given, "help")) {
+  if (asksForHelp(after)) {
     line->text = helpText(syntax, subcommand->help);
     return "";
   }
+  po::variables_map given;
+  if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
   // For the report of `ab`: the run can be repeated by copying the line.
   std::vector<std::string> words = {"slim_init"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   Typed typed = {shellLine(words), {}};
-  for (const auto& option : given) typed.options.insert(option.first);
+  for (const AbOption& option : subcommand->options) {
+    const po::variable_value& value = given[option.name];
+    if (value.empty() || value.defaulted()) continue;
+    typed.options.insert(option.name);
+    std::string problem = setOption(option, value.as<std::string>());
+    if (!problem.empty()) return problem;
+  }
   line->run = [run = subcommand->run, typed] { return run(typed); };
-  return setOptions(given, subcommand->options);
+  return "";
 }
 
 }  // namespace slim_init::tools

@@ -13,6 +13,9 @@ struct CommandLine {
   std::function<int()> run;  ///< a subcommand; returns the exit code
 };
 
+/// The words as one would type them in a shell, quoted where that is needed.
+std::string shellLine(const std::vector<std::string>& words);
+
 /// Reads the arguments without the program's name. Returns an empty string, or a sentence naming
 /// the argument at fault and what is allowed.
 std::string parseCommandLine(const std::vector<std::string>& arguments, CommandLine* line);

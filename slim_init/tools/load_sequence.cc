@@ -3,6 +3,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utility.hpp>
@@ -61,25 +62,22 @@ simulation::PinholeCamera cameraOf(const AbOptions& options) {
   return camera;
 }
 
-void setBiases(const std::vector<NavState>& truth, NavState* state) {
-  const NavState& nearest = truth[evaluation::nearestState(truth, state->t)];
-  state->gyro_bias = nearest.gyro_bias;
-  state->accel_bias = nearest.accel_bias;
-}
-
-/// Truth between the frames; `truth` has the biases.
-void setTruthBetween(std::unique_ptr<simulation::Trajectory> trajectory,
-                     std::vector<NavState> truth, evaluation::Sequence* sequence) {
+/// Sets the truth of the sequence: that of the trajectory, with the biases of the nearest state of
+/// `truth`.
+void setTruth(std::unique_ptr<simulation::Trajectory> trajectory, std::vector<NavState> truth,
+              evaluation::Sequence* sequence) {
   const std::shared_ptr<const simulation::Trajectory> path = std::move(trajectory);
-  sequence->truth_between = [path, truth = std::move(truth)](double t) {
+  sequence->truth = [path, truth = std::move(truth)](double t) {
     if (!path->covers(t)) return NavState();
     NavState state = simulation::stateAt(*path, t);
-    setBiases(truth, &state);
+    const NavState& nearest = truth[evaluation::nearestState(truth, t)];
+    state.gyro_bias = nearest.gyro_bias;
+    state.accel_bias = nearest.accel_bias;
     return state;
   };
 }
 
-/// Fills sequence.frames with what a front end would have seen; sequence.truth is the path.
+/// Fills sequence.frames with what a front end would have seen.
 void addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
                  const std::vector<double>& image_times, LoadedSequence* loaded) {
   evaluation::Sequence* sequence = &loaded->sequence;
@@ -95,7 +93,8 @@ void addFeatures(const AbOptions& options, const simulation::Trajectory& traject
   features.camera = cameraOf(options);
 
   std::vector<Eigen::Vector3d> path_w;
-  for (const NavState& state : sequence->truth) path_w.push_back(state.p_w_b);
+  const double td = sequence->calibration.td;
+  for (const double t : image_times) path_w.push_back(trajectory.at(t + td).p_w_b);
   const simulation::World world = simulation::makeWorld(world_options, path_w);
   loaded->simulated.emplace();
   sequence->frames = simulation::simulateFeatures(trajectory, world, sequence->calibration,
@@ -137,21 +136,16 @@ void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
     simulateSensors(sequence.calibration, simulation::ImuSimulationOptions().rate_hz, kImageRateHz,
                     0.0, options.seed, &motion);
   }
-  const double td = sequence.calibration.td;
-  discardUncovered(td, &motion);
+  discardUncovered(sequence.calibration.td, &motion);
   sequence.name = motion.name;
   sequence.t0_ns = motion.t0_ns;
   sequence.notes = std::move(motion.notes);
   sequence.imu = std::move(motion.imu);
   sequence.speeds = std::move(motion.speeds);
   loaded->gyro_bias_truth = motion.gyro_bias_truth;
-  for (const double t : motion.image_times) {
-    sequence.truth.push_back(simulation::stateAt(*motion.trajectory, t + td));
-    setBiases(motion.truth, &sequence.truth.back());
-  }
   addSpeeds(options, *motion.trajectory, &sequence);
   addFeatures(options, *motion.trajectory, motion.image_times, loaded);
-  setTruthBetween(std::move(motion.trajectory), std::move(motion.truth), &sequence);
+  setTruth(std::move(motion.trajectory), std::move(motion.truth), &sequence);
 }
 
 std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options) {
@@ -180,44 +174,34 @@ void noteTracking(const evaluation::TrackingSummary& tracking, const std::string
   note(tracking.images_without_gyro, "were tracked without a rotation from the gyro");
 }
 
-/// Fills loaded->sequence.truth at `times` (camera clock) from the ground truth of a recording,
-/// ascending in time: pose and velocity interpolated, biases those of the nearest state. Without
-/// biases in the truth one gyroscope bias is fitted to sequence.imu. Where the truth has a gap, t
-/// is NaN; without any truth the sequence has none. `source` names the recording in a Failure.
-void addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
-              const std::vector<double>& times, LoadedSequence* loaded) {
+/// Sets the truth of the sequence from that of a recording. Without biases in it one gyroscope bias
+/// is fitted to sequence.imu; without any truth the sequence has none.
+void addTruth(const evaluation::ImageSequence& images, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
-  sequence.truth.assign(times.size(), NavState());  // t is NaN
-  sequence.has_truth = !truth.empty();
-  if (!sequence.has_truth) {
+  const std::string& source = images.name();
+  std::vector<NavState> truth = images.truth();
+  if (truth.empty()) {
     loaded->gyro_bias_truth = "none";
     sequence.notes.push_back(source + ": without ground truth there are no errors to report");
     return;
   }
-  loaded->gyro_bias_truth =
-      settleBiases(has_bias, source + ": ", sequence.imu, &truth, &sequence.notes);
+  loaded->gyro_bias_truth = settleBiases(images.hasVelocityAndBias(), source + ": ", sequence.imu,
+                                         &truth, &sequence.notes);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
-  if (trajectory == nullptr) throw Failure(kExitBadInput, source + ": ground truth: " + error);
-  int uncovered = 0;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const double t = times[i] + sequence.trueCalibration().td;
-    if (!trajectory->covers(t)) {
-      ++uncovered;
-      continue;
-    }
-    sequence.truth[i] = simulation::stateAt(*trajectory, t);
-    setBiases(truth, &sequence.truth[i]);
-  }
-  if (uncovered == static_cast<int>(times.size())) {
-    check(source + ": no image lies within the ground truth");
-  }
+  check(error, source + ": ground truth: ");
+  setTruth(std::move(trajectory), std::move(truth), &sequence);
+  const auto frames = sequence.frames.size();
+  const auto uncovered = static_cast<std::size_t>(std::count_if(
+      sequence.frames.begin(), sequence.frames.end(), [&sequence](const FrameObservation& frame) {
+        return !std::isfinite(truthAt(sequence, sequence.calibration.imuTime(frame.t)).t);
+      }));
+  if (uncovered == frames) check(source + ": no image lies within the ground truth");
   if (uncovered > 0) {
-    sequence.notes.push_back(text(source, ": ", uncovered, " of ", times.size(),
+    sequence.notes.push_back(text(source, ": ", uncovered, " of ", frames,
                                   " tracked images lie outside the ground truth or in a gap of it; "
                                   "windows with such a keyframe are not evaluated"));
   }
-  setTruthBetween(std::move(trajectory), std::move(truth), &sequence);
 }
 
 /// Reads --asl or --bag and tracks points and lines through its images, with a progress bar.
@@ -258,10 +242,7 @@ void loadImages(const AbOptions& options, LoadedSequence* loaded) {
   }
   noteTracking(tracking, images->name(), &sequence.notes);
   sequence.tracking = std::move(tracking);
-
-  std::vector<double> times;
-  for (const FrameObservation& frame : sequence.frames) times.push_back(frame.t);
-  addTruth(images->truth(), images->hasVelocityAndBias(), images->name(), times, loaded);
+  addTruth(*images, loaded);
 }
 
 }  // namespace
@@ -322,8 +303,7 @@ void configureFromData(const std::string& source, const std::string& options_fil
 LoadedSequence loadSequence(const AbOptions& options) {
   LoadedSequence loaded;
   (options.hasImages() ? loadImages : loadMotion)(options, &loaded);
-  check(evaluation::applyRigErrors(options.rig, options.hasImages(), &loaded.sequence),
-        loaded.sequence.name + ": ");
+  check(evaluation::applyRigErrors(options.rig, &loaded.sequence), loaded.sequence.name + ": ");
   return loaded;
 }
 

@@ -78,14 +78,19 @@ void simulateSensors(const Calibration& calibration, double imu_rate_hz, double 
 void discardUncovered(double td, Motion* motion) {
   std::vector<double>& times = motion->image_times;
   const std::size_t before = times.size();
-  times.erase(std::remove_if(times.begin(), times.end(),
-                             [&](double t) { return !motion->trajectory->covers(t + td); }),
-              times.end());
-  if (times.empty()) check(motion->name + ": no image lies within the ground truth");
+  const auto uncovered = [&](double time) {
+    const double t = time + td;
+    return t < motion->imu.front().t || t > motion->imu.back().t || !motion->trajectory->covers(t);
+  };
+  times.erase(std::remove_if(times.begin(), times.end(), uncovered), times.end());
+  if (times.empty()) {
+    check(
+        text(motion->name, ": none of ", before, " images lies within IMU data and ground truth"));
+  }
   if (before == times.size()) return;
-  motion->notes.push_back(
-      text(before - times.size(), " of ", before,
-           " images lie outside or in gaps of the ground truth and were discarded"));
+  motion->notes.push_back(text(before - times.size(), " of ", before,
+                               " images lie outside the IMU data or the ground truth, or in a gap "
+                               "of it, and were discarded"));
 }
 
 }  // namespace slim_init::tools

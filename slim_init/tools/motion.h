@@ -14,8 +14,8 @@
 
 namespace slim_init::tools {
 
-/// A fitted gyro bias has no accelerometer bias beside it in the ground truth: NaN. Images that the
-/// trajectory does not cover may be among the image times (camera clock) until discardUncovered().
+/// A fitted gyro bias has no accelerometer bias beside it in the ground truth: NaN. Images that IMU
+/// and trajectory do not cover may be among the image times until discardUncovered().
 struct Motion : evaluation::RecordedMotion {
   std::unique_ptr<simulation::Trajectory> trajectory;  ///< of the body, IMU clock
   std::string gyro_bias_truth;                         ///< "recorded", "fitted" or "simulated"
@@ -39,8 +39,8 @@ Motion builtinMotion(const std::string& name, double duration_s, const Calibrati
 void simulateSensors(const Calibration& calibration, double imu_rate_hz, double image_rate_hz,
                      double margin_s, unsigned seed, Motion* motion);
 
-/// Discards the images at which the trajectory is not known, with a note; `td` to the IMU clock.
-/// Throws a Failure where none is left.
+/// Discards the images outside the IMU data and those at which the trajectory is not known, with a
+/// note; `td` to the IMU clock. Throws a Failure where none is left.
 void discardUncovered(double td, Motion* motion);
 
 }  // namespace slim_init::tools

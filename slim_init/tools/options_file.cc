@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <memory>
 #include <set>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -34,10 +33,8 @@ evaluation::OptionValue valueOf(const OptionField& option) {
 // The note of loadConfig() on keys that the file's `method` does not read becomes one on keys that
 // none of the compared methods reads.
 std::vector<std::string> notesFor(const Config& config, const std::string& method_list) {
-  std::vector<std::string> methods;
-  std::istringstream words(method_list);
-  for (std::string word; std::getline(words, word, ',');) methods.push_back(word);
-  if (methods.empty()) methods = methodNames();
+  const std::vector<std::string> methods =
+      method_list.empty() ? methodNames() : splitList(method_list);
   std::vector<std::string> notes = config.notes;
   notes.erase(std::remove(notes.begin(), notes.end(), noteUnreadKeys(config, {config.method})),
               notes.end());

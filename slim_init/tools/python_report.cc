@@ -1,18 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "python_report.h"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <system_error>
 
-extern char** environ;
+#include "command_line.h"
 
 namespace slim_init::tools {
 namespace {
@@ -36,27 +32,9 @@ fs::path sharedFile(const std::string& name) {
 }
 
 /// Runs a program without input. Returns its exit code, -1 when it could not run.
-int run(std::vector<std::string> words, bool show_output, bool show_errors) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  if (posix_spawn_file_actions_init(&files) != 0) return -1;
-  const auto silence = [&files](int descriptor, int mode) {
-    posix_spawn_file_actions_addopen(&files, descriptor, "/dev/null", mode, 0);
-  };
-  silence(STDIN_FILENO, O_RDONLY);
-  if (!show_output) silence(STDOUT_FILENO, O_WRONLY);
-  if (!show_errors) silence(STDERR_FILENO, O_WRONLY);
-  pid_t child = 0;
-  const int spawned =
-      posix_spawnp(&child, arguments[0], &files, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (spawned != 0) return -1;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return -1;
-  }
+int run(const std::vector<std::string>& words, const char* redirections = "") {
+  const std::string line = shellLine(words) + " </dev/null" + redirections;
+  const int status = std::system(line.c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -79,12 +57,14 @@ std::vector<std::string> packageCommand(std::string* message) {
   }
   setPythonPath(folder);
   // A python of the user's own may come first in the path and lack what the distribution's has.
+  // -B: writes no bytecode beside the sources.
   for (const char* python : {"python3", "/usr/bin/python3"}) {
-    // -B: writes no bytecode beside the sources.
-    const std::vector<std::string> command = {python, "-B", "-m", kPackage};
-    std::vector<std::string> check = command;
-    check.push_back("--check");
-    if (run(check, false, false) == kExitOk) return command;
+    constexpr char kHasModules[] =
+        "from importlib.util import find_spec\n"
+        "raise SystemExit(None in map(find_spec, ('pandas', 'matplotlib', 'jinja2')))";
+    if (run({python, "-B", "-c", kHasModules}, " >/dev/null 2>&1") == kExitOk) {
+      return {python, "-B", "-m", kPackage};
+    }
   }
   *message =
       "no python3 with pandas, matplotlib and jinja2 was found (packages python3-pandas, "
@@ -106,7 +86,7 @@ ReportOutcome makeReport(const std::string& directory, const std::vector<std::st
   command.emplace_back("--");
   if (demo.empty()) command.push_back(directory);
   command.insert(command.end(), demo.begin(), demo.end());
-  outcome.written = run(command, false, true) == kExitOk;
+  outcome.written = run(command, " >/dev/null") == kExitOk;
   if (!outcome.written) {
     outcome.code = kExitInternal;
     outcome.message = "the report in " + directory + " could not be written";
@@ -122,7 +102,7 @@ int runReport(const std::vector<std::string>& arguments) {
     return kExitInternal;
   }
   command.insert(command.end(), arguments.begin(), arguments.end());
-  const int code = run(command, true, true);
+  const int code = run(command);
   return code < 0 ? static_cast<int>(kExitInternal) : code;
 }
 

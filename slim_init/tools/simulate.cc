@@ -8,6 +8,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "exit_code.h"
@@ -37,24 +38,24 @@ struct SimulateOptions {
   std::string csv;       ///< file of poses; one of these three
   std::string builtin;   ///< name of a motion
   std::string recorded;  ///< folder with real IMU data and image times
-  std::string scene = "room";
+  simulation::SceneOptions scene;
   double start_s = 0.0;     ///< from the first image that could be rendered
   double duration_s = 0.0;  ///< of the images; 0: to the end of the motion, 20 s of a built-in one
   std::string config;       ///< YAML with camera and extrinsic; empty: EuRoC's cam0
   double image_scale = 1.0;
   double rate_hz = 20.0;  ///< of images where the motion has no image times of its own
-  double speed = -1.0;    ///< noise of written speeds, as a fraction; below zero: none are written
-  double imu_rate_hz = 200.0;  ///< where the IMU is simulated
-  double read_noise = 1.5;
-  double shot_noise = 0.04;
+  simulation::SpeedSimulationOptions speed;  ///< noise below zero: none are written
+  double imu_rate_hz = 200.0;                ///< where the IMU is simulated
+  simulation::SensorOptions sensor;
   double motion_blur_ms = 0.0;
-  double readout_s = 0.0;  ///< rolling shutter; 0: that of `config`
-  int threads = 1;
-  unsigned seed = 1;
-  std::string povray = "povray";
+  double readout_s = 0.0;            ///< rolling shutter; 0: that of `config`
+  unsigned seed = 1;                 ///< of all of them
+  simulation::RenderOptions render;  ///< its work_directory is `out`
   std::string out = "out/simulate";
   std::string bag;  ///< file; empty: none
   bool quiet = false;
+
+  SimulateOptions() { speed.noise = -1.0; }
 };
 
 constexpr std::int64_t kBuiltinT0Ns = 1400000000000000000;  // a stamp that ros::Time can hold
@@ -127,12 +128,12 @@ void cutImages(const SimulateOptions& options, const Calibration& calibration, M
 
 Motion csvMotion(const SimulateOptions& options) {
   Motion motion;
-  std::vector<NavState> states;
-  check(evaluation::readPoses(options.csv, &motion.t0_ns, &states).message, "--csv: ");
+  check(evaluation::readPoses(options.csv, &motion).message, "--csv: ");
+  const std::vector<NavState> poses = std::exchange(motion.truth, {});
   motion.name = std::filesystem::path(options.csv).stem().string();
   constexpr double kSmoothRate = 20.0;  // [Hz]
   std::string error;
-  motion.trajectory = simulation::makeSmoothTrajectory(states, kSmoothRate, &error);
+  motion.trajectory = simulation::makeSmoothTrajectory(poses, kSmoothRate, &error);
   check(error, "--csv: " + options.csv + ": ");
   return motion;
 }
@@ -216,7 +217,7 @@ class Writers {
     evaluation::WriterRig rig;
     rig.calibration = calibration;
     rig.camera = camera;
-    rig.comment = "simulated: " + motion.name + " in " + options.scene;
+    rig.comment = "simulated: " + motion.name + " in " + options.scene.kind;
     rig.imu_rate_hz = options.recorded.empty() ? options.imu_rate_hz : rig.imu_rate_hz;
     rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
     std::string error;
@@ -261,9 +262,8 @@ cv::Mat meanOfNext(int count, simulation::Renderer* renderer) {
 
 // Draws, exposes and writes every image.
 void writeImages(const SimulateOptions& options, const Motion& motion, int bands,
-                 const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
-                 Writers* writers) {
-  ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
+                 simulation::Renderer* renderer, Writers* writers) {
+  ProgressBar bar(motion.name + " in " + options.scene.kind, !options.quiet);
   const std::size_t count = motion.image_times.size();
   const int sub_frames = subFramesOf(options);
   for (std::size_t k = 0; k < count; ++k) {
@@ -271,24 +271,16 @@ void writeImages(const SimulateOptions& options, const Motion& motion, int bands
     for (int band = 0; band < bands; ++band) pictures.push_back(meanOfNext(sub_frames, renderer));
     const cv::Mat radiance = simulation::mergeBands(pictures);
     const double t = motion.image_times[k];
-    const cv::Mat image = simulation::expose(radiance, static_cast<std::int64_t>(k), t, sensor);
+    const cv::Mat image =
+        simulation::expose(radiance, static_cast<std::int64_t>(k), t, options.sensor);
     const std::int64_t stamp = stampOf(motion, t);
     writers->each([&](auto* w) { return w->addImage(stamp, image); });
     bar.update(static_cast<int>(k + 1), static_cast<int>(count));
   }
 }
 
-simulation::SensorOptions sensorOf(const SimulateOptions& options) {
-  simulation::SensorOptions sensor;
-  sensor.read_noise = options.read_noise;
-  sensor.shot_noise = options.shot_noise;
-  sensor.seed = options.seed;
-  return sensor;
-}
-
 // What a sequence is made from.
 struct Setup {
-  simulation::SensorOptions sensor;
   Calibration calibration;
   CameraParameters camera;
   Motion motion;
@@ -303,7 +295,7 @@ void checkOptions(const SimulateOptions& o) {
   if (sources == 0) check("one of --csv FILE, --builtin NAME and --recorded DIR is needed");
   if (sources > 1) check("--csv, --builtin and --recorded exclude each other");
   std::string error;
-  if (!simulation::povrayAvailable(o.povray, &error)) check(error);
+  if (!simulation::povrayAvailable(o.render.program, &error)) check(error);
   if (!o.bag.empty() && !evaluation::rosbagSupported()) {
     check("--bag: this program was built without the rosbag library");
   }
@@ -311,7 +303,6 @@ void checkOptions(const SimulateOptions& o) {
 
 Setup prepare(const SimulateOptions& options) {
   Setup setup;
-  setup.sensor = sensorOf(options);
   loadRig(options, &setup.calibration, &setup.camera);
   setup.motion = loadMotion(options, setup.calibration);
   for (const std::string& note : setup.motion.notes) {
@@ -321,22 +312,16 @@ Setup prepare(const SimulateOptions& options) {
   setup.poses = posesOf(options, setup.motion, setup.calibration);
   std::vector<Eigen::Vector3d> path_w;
   for (const simulation::CameraPose& pose : setup.poses) path_w.push_back(pose.t_w_c);
-  simulation::SceneOptions scene_options;
-  scene_options.kind = options.scene;
-  scene_options.seed = options.seed;
   std::string error;
-  if (!simulation::makeScene(scene_options, path_w, &setup.scene, &error)) check(error);
+  if (!simulation::makeScene(options.scene, path_w, &setup.scene, &error)) check(error);
   return setup;
 }
 
 void writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* writers) {
-  if (options.speed < 0.0) return;
-  simulation::SpeedSimulationOptions speed;
-  speed.noise = options.speed;
-  speed.seed = options.seed;
+  if (options.speed.noise < 0.0) return;
   SpeedSensor sensor = setup.calibration.speed_sensor;
   if (!sensor.calibrated) sensor = simulation::simulatedSpeedSensor(setup.calibration);
-  auto speeds = simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed);
+  auto speeds = simulation::simulateSpeeds(*setup.motion.trajectory, sensor, options.speed);
   cut(setup.motion.imu.front().t, setup.motion.imu.back().t, &speeds);
   for (const SpeedSample& sample : speeds) {
     const std::int64_t stamp = stampOf(setup.motion, sample.t);
@@ -352,24 +337,21 @@ void printResult(const SimulateOptions& options, const Setup& setup, double seco
                            " s per image\n");
 }
 
-int runSimulate(const SimulateOptions& options) {
+int runSimulate(SimulateOptions options) {
   checkOptions(options);
+  options.scene.seed = options.speed.seed = options.sensor.seed = options.seed;
+  options.render.work_directory = options.out;
   const Setup setup = prepare(options);
   Writers writers(options, setup.motion, setup.calibration, setup.camera);
   writeMotion(setup.motion, &writers);
   writeSpeeds(options, setup, &writers);
 
-  simulation::RenderOptions render;
-  render.threads = options.threads;
-  render.program = options.povray;
-  render.work_directory = options.out;
   const auto start = std::chrono::steady_clock::now();
   std::string error;
   const auto renderer =
-      simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
+      simulation::Renderer::start(setup.scene, setup.camera, setup.poses, options.render, &error);
   if (renderer == nullptr) throw Failure(kExitBadInput, error);
-  writeImages(options, setup.motion, bandsOf(setup.calibration), setup.sensor, renderer.get(),
-              &writers);
+  writeImages(options, setup.motion, bandsOf(setup.calibration), renderer.get(), &writers);
   writers.each([](auto* w) { return w->finish(); });
   if (!options.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
@@ -394,7 +376,7 @@ Subcommand simulateSubcommand() {
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
        "image times are kept"},
-      {"scene", &o.scene, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
+      {"scene", &o.scene.kind, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
        simulation::sceneNames()},
       {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
       {"duration", &o.duration_s, "X",
@@ -407,14 +389,14 @@ Subcommand simulateSubcommand() {
       {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
       {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
        4000.0},
-      {"speed", &o.speed, "X",
+      {"speed", &o.speed.noise, "X",
        "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
        "/speed0",
        "", 0.0, 1.0},
-      {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
-       0.0, 100.0},
-      {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
-       100.0},
+      {"read-noise", &o.sensor.read_noise, "X",
+       "Noise in the dark, standard deviation [grey levels]", "", 0.0, 100.0},
+      {"shot-noise", &o.sensor.shot_noise, "X", "Variance of the noise per grey level of signal",
+       "", 0.0, 100.0},
       {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
        "", 0.0, 1000.0},
       {"readout", &o.readout_s, "X",
@@ -422,10 +404,10 @@ Subcommand simulateSubcommand() {
        "middle "
        "row [s]; 0: that of --config",
        "", 0.0, 0.1},
-      {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
+      {"threads", &o.render.threads, "N", "Threads of POV-Ray", "", 1, 512},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
        kMaxSeed},
-      {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path"},
+      {"povray", &o.render.program, "PROGRAM", "POV-Ray 3.7, by name or path"},
       {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0"},
       {"bag", &o.bag, "FILE", "Write a rosbag as well"},
       {"quiet", &o.quiet, "", "No progress bar and no summary"},

@@ -50,7 +50,7 @@ TEST(Downstream, SaysWhyItDidNotRun) {
   EXPECT_FALSE(record.ran);
   EXPECT_EQ(record.message, "no states to start from");
 
-  for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(sequence.truth[20 + 2 * k]);
+  for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(truthOfFrame(sequence, 20 + 2 * k));
   record = runDownstream(sequence, answer, 5.0);
   EXPECT_FALSE(record.ran);
   EXPECT_EQ(record.message, "the data end too soon after the window");
@@ -66,7 +66,7 @@ TEST(Downstream, DoesNotSeeOriginAndHeading) {
   InitResult answer, moved;
   const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, 1.0));
   for (std::size_t k = 0; k < 10; ++k) {
-    answer.states.push_back(sequence.truth[10 + 2 * k]);
+    answer.states.push_back(truthOfFrame(sequence, 10 + 2 * k));
     NavState state = answer.states.back();
     state.R_w_b = R * state.R_w_b;
     state.p_w_b = R * state.p_w_b + Eigen::Vector3d(5, 6, 7);

@@ -34,7 +34,7 @@ Sequence sequenceOf(const std::string& motion, unsigned seed, double duration_s)
 InitResult trueAnswer(const Sequence& sequence) {
   InitResult answer;
   answer.status = InitStatus::kSuccess;
-  for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(sequence.truth[10 + 2 * k]);
+  for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(truthOfFrame(sequence, 10 + 2 * k));
   return answer;
 }
 
@@ -113,12 +113,12 @@ TEST(EstimatorInput, DropsWhatCannotBe) {
   const FrameReport again = estimator.addFrame(sequence.frames[5]);
   expectParts(again.problem, "is not after the last");
 
-  const FrameReport report = estimator.seed({sequence.truth[4]});
+  const FrameReport report = estimator.seed({truthOfFrame(sequence, 4)});
   expectParts(report.problem, "1 states for a window of 2 frames");
   EXPECT_FALSE(estimator.seeded());
   EXPECT_TRUE(estimator.states().empty());
-  ASSERT_TRUE(estimator.seed({sequence.truth[4], sequence.truth[5]}).ok());
-  EXPECT_LT((estimator.newest().p_w_b - sequence.truth[5].p_w_b).norm(), 0.05);
+  ASSERT_TRUE(estimator.seed({truthOfFrame(sequence, 4), truthOfFrame(sequence, 5)}).ok());
+  EXPECT_LT((estimator.newest().p_w_b - truthOfFrame(sequence, 5).p_w_b).norm(), 0.05);
 }
 
 // Damaged samples in the window, replaced before a start: as if they had never come.
@@ -138,7 +138,7 @@ TEST(EstimatorInput, ReplacesSamples) {
     std::vector<NavState> truth;
     for (std::size_t k = 4; k < 14; ++k) {
       EXPECT_TRUE(estimator.addFrame(sequence.frames[k]).ok());
-      truth.push_back(sequence.truth[k]);
+      truth.push_back(truthOfFrame(sequence, k));
     }
     estimator.replaceImu({});  // nothing
     if (replaced) estimator.replaceImu(right);

@@ -156,7 +156,8 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
     if (!step->tracking && isQuiet(motion) && t < list.front().begin) {
       std::vector<NavState> truth;
       for (const double stamp : run.host().estimator().stamps()) {
-        truth.push_back(sequence.truth[static_cast<std::size_t>(std::lround(10.0 * stamp))]);
+        truth.push_back(
+            truthOfFrame(sequence, static_cast<std::size_t>(std::lround(10.0 * stamp))));
       }
       if (truth.size() == 10) run.host().estimator().seed(truth);
     }

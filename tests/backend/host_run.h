@@ -58,7 +58,7 @@ class HostRun {
   }
 
   double stamp() const { return sequence_.frames[frame_].t; }
-  const NavState& truth() const { return sequence_.truth[frame_]; }
+  NavState truth() const { return truthOfFrame(sequence_, frame_); }
   TestHost& host() { return host_; }
 
   /// |s - 1| of the window; NaN where it moved less than 5 cm rms or there is none.
@@ -67,7 +67,8 @@ class HostRun {
     std::vector<NavState> truth;
     for (const NavState& state : states) {
       // Images come at 10 Hz from zero.
-      truth.push_back(sequence_.truth[static_cast<std::size_t>(std::lround(10.0 * state.t))]);
+      truth.push_back(
+          truthOfFrame(sequence_, static_cast<std::size_t>(std::lround(10.0 * state.t))));
     }
     return states.empty() ? kNotComputed : windowScaleError(states, truth);
   }

@@ -32,7 +32,7 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   imu.seed = options.seed;
   sequence.imu = simulation::simulateImu(*trajectory, imu);
 
-  sequence.truth_between = [trajectory, imu](double t) {
+  sequence.truth = [trajectory, imu](double t) {
     if (!trajectory->covers(t)) return NavState();
     NavState state = simulation::stateAt(*trajectory, t);
     state.gyro_bias = imu.gyro_bias;
@@ -43,9 +43,8 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   std::vector<Eigen::Vector3d> path;
   for (int k = 0; k / kImageRate <= sequence.imu.back().t; ++k) {
     const double t = k / kImageRate;
-    sequence.truth.push_back(sequence.truth_between(t));
     times.push_back(t);
-    path.push_back(sequence.truth.back().p_w_b);
+    path.push_back(sequence.truth(t).p_w_b);
   }
 
   simulation::WorldOptions world;

@@ -20,4 +20,9 @@ struct SimulatedSequenceOptions {
 /// sequence.
 evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& options);
 
+/// The truth at frame k.
+inline NavState truthOfFrame(const evaluation::Sequence& sequence, std::size_t k) {
+  return evaluation::truthAt(sequence, sequence.calibration.imuTime(sequence.frames[k].t));
+}
+
 }  // namespace slim_init

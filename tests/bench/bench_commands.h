@@ -16,7 +16,8 @@ int runFaultsCommand(const std::vector<std::string>& arguments);
 /// memory, the time of a solve or the number of estimates drifts beyond its bound.
 int runSoakCommand(const std::vector<std::string>& arguments);
 
-/// `times` and `count`, the first of `arguments`: times of whole solves as tables.
-int runTimesCommand(const std::vector<std::string>& arguments);
+/// `count`: solves every window once per method, for a tool that counts instructions, or to compare
+/// the estimates of two builds.
+int runCountCommand(const std::vector<std::string>& arguments);
 
 }  // namespace slim_init::tools

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <limits>
 #include <map>
+#include <utility>
 
 #include "bench_commands.h"
 #include "bench_host.h"
@@ -37,25 +37,21 @@ void start(const evaluation::Sequence& sequence, double at, const StreamFault& f
   BenchHost host(sequence, streams.calibration);
   if (!host.isMade()) return;
   ++tally->starts;
-  std::size_t next = 0;
-  for (const auto& frame : streams.frames) {
-    if (streams.restart <= frame.arrival) {
-      host.restart();
-      streams.restart = std::numeric_limits<double>::infinity();
-    }
-    while (next < streams.imu.size() && streams.imu[next].arrival <= frame.arrival) {
-      host.add(streams.imu[next++].message);
-    }
-    if (!host.add(frame) || !host.seed()) continue;
-    const double error = std::abs(host.scaleError());
-    ++tally->accepted;
-    tally->right += error < kRightScale ? 1 : 0;
-    tally->wrong += error > kWrongScale ? 1 : 0;
-    tally->worst = std::max(tally->worst, error);
-    tally->seconds.push_back(frame.arrival - at);
+  bool answered = false;
+  host.feed(std::move(streams), [&](double arrival) {
+    answered = host.seed();
+    if (answered) tally->seconds.push_back(arrival - at);
+    return !answered;
+  });
+  if (!answered) {
+    ++tally->refusals[toString(host.answer().result.status)];
     return;
   }
-  ++tally->refusals[toString(host.answer().result.status)];
+  const double error = std::abs(host.scaleError());
+  ++tally->accepted;
+  tally->right += error < kRightScale ? 1 : 0;
+  tally->wrong += error > kWrongScale ? 1 : 0;
+  tally->worst = std::max(tally->worst, error);
 }
 
 std::string refusalsOf(const Tally& tally) {

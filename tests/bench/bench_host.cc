@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
 
 namespace slim_init::tools {
 namespace {
@@ -72,6 +73,20 @@ void BenchHost::restart() {
   adapter_ = HostAdapter::create(makeInitializer(calibration_, InitializerOptions()), hostOptions(),
                                  nullptr);
   window_.clear();
+}
+
+void BenchHost::feed(Streams streams, const std::function<bool(double arrival)>& seen) {
+  auto imu = streams.imu.begin();
+  for (const auto& frame : streams.frames) {
+    if (streams.restart <= frame.arrival) {
+      restart();
+      streams.restart = std::numeric_limits<double>::infinity();
+    }
+    for (; imu != streams.imu.end() && imu->arrival <= frame.arrival; ++imu) {
+      adapter_->addImu(imu->message.t, imu->message.accel, imu->message.gyro);
+    }
+    if (add(frame) && !seen(frame.arrival)) return;
+  }
 }
 
 bool BenchHost::add(const Delivered<FrameObservation>& frame) {

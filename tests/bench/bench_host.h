@@ -3,6 +3,7 @@
 // A host around the adapter and what it receives, for `slim_init_bench faults` and `soak`.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -37,9 +38,9 @@ class BenchHost {
     calibration_.td = td;
     adapter_->setTd(td);
   }
-  void add(const ImuSample& sample) { adapter_->addImu(sample.t, sample.accel, sample.gyro); }
-  /// False where the adapter did not take the frame: there is nothing new to ask about.
-  bool add(const Delivered<FrameObservation>& frame);
+  /// Feeds the streams in the order of their arrival. `seen` is called at every frame that the
+  /// adapter takes, as there is something new to ask about then, and ends it by returning false.
+  void feed(Streams streams, const std::function<bool(double arrival)>& seen);
 
   /// True where that was answered.
   bool seed();
@@ -54,6 +55,7 @@ class BenchHost {
   double scaleError() const;
 
  private:
+  bool add(const Delivered<FrameObservation>& frame);
   std::vector<double> stamps() const;
 
   const evaluation::Sequence& sequence_;

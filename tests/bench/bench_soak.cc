@@ -90,41 +90,33 @@ void fly(Streams streams, double ask, BenchHost* host, Period* period) {
   enum class Flying { kStarts, kFlies, kFailed, kRecovered } now = Flying::kStarts;
   double since = streams.frames.front().arrival;  // when it began to [s]
   double asked = -std::numeric_limits<double>::infinity();
-  std::size_t next = 0;
-  for (const auto& frame : streams.frames) {
-    if (streams.restart <= frame.arrival) {
-      host->restart();
-      streams.restart = std::numeric_limits<double>::infinity();
-    }
-    while (next < streams.imu.size() && streams.imu[next].arrival <= frame.arrival) {
-      host->add(streams.imu[next++].message);
-      ++period->samples;
-    }
-    ++period->frames;
-    if (!host->add(frame)) continue;
-    if (now == Flying::kFlies && frame.arrival >= since + kHealthy) {
+  period->samples += static_cast<std::int64_t>(streams.imu.size());
+  period->frames += static_cast<std::int64_t>(streams.frames.size());
+  host->feed(std::move(streams), [&](double arrival) {
+    if (now == Flying::kFlies && arrival >= since + kHealthy) {
       now = Flying::kFailed;
-      since = frame.arrival;
+      since = arrival;
       ++period->failures;
     }
     const bool asks = now == Flying::kStarts || now == Flying::kFailed;
-    if (!asks || frame.arrival > since + kGiveUp || frame.arrival < asked + ask) continue;
-    asked = frame.arrival;
+    if (!asks || arrival > since + kGiveUp || arrival < asked + ask) return true;
+    asked = arrival;
     const double begin = evaluation::threadCpuMs();
     const bool answered = now == Flying::kFailed ? host->recover() : host->seed();
     period->ms.push_back(evaluation::threadCpuMs() - begin);
     ++period->questions;
-    if (!answered) continue;
+    if (!answered) return true;
     if (now == Flying::kFailed) {
       now = Flying::kRecovered;
       ++period->recovered;
     } else {
       now = Flying::kFlies;
-      since = frame.arrival;
+      since = arrival;
       ++period->answers;
       period->wrong += std::abs(host->scaleError()) > kWrongScale ? 1 : 0;
     }
-  }
+    return true;
+  });
 }
 
 void printRow(double hour, const Period& period) {

@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// slim_init_bench COMMAND [options], each with --help. `times` and `count` print tables
-// of whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
-// faults (bench_commands.h).
+// slim_init_bench COMMAND [options], each with --help. `count` solves the windows of built-in or
+// recorded motion; `faults` and `soak` run a host on streams with faults (bench_commands.h).
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -14,14 +13,11 @@ int main(int argc, char** argv) {
   using namespace slim_init::tools;  // NOLINT: the commands
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string command = arguments.empty() ? "" : arguments[0];
-  if (command == "times" || command == "count") {
-    return runTimesCommand(arguments);
-  }
   if (!arguments.empty()) arguments.erase(arguments.begin());
+  if (command == "count") return runCountCommand(arguments);
   if (command == "faults") return runFaultsCommand(arguments);
   if (command == "soak") return runSoakCommand(arguments);
-  std::fprintf(stderr,
-               "slim_init_bench: the command is \"%s\", must be times, count, faults or soak\n",
+  std::fprintf(stderr, "slim_init_bench: the command is \"%s\", must be count, faults or soak\n",
                command.c_str());
   return kExitBadInput;
 }

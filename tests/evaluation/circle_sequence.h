@@ -63,12 +63,18 @@ inline Sequence makeCircleSequence(double duration_s, const Circle& circle = Cir
       frame.points.push_back(point);
     }
     sequence.frames.push_back(frame);
-    sequence.truth.push_back(circle.state(frame.t));
   }
-  sequence.truth_between = [circle, duration_s](double t) {
+  sequence.truth = [circle, duration_s](double t) {
     return t >= 0.0 && t <= duration_s ? circle.state(t) : NavState();
   };
   return sequence;
+}
+
+/// Takes the truth at one time [s] away.
+inline void hideTruth(double t, Sequence* sequence) {
+  sequence->truth = [t, truth = sequence->truth](double at) {
+    return std::abs(at - t) < 1e-9 ? NavState() : truth(at);
+  };
 }
 
 /// The truth as an answer.
@@ -123,14 +129,6 @@ class FakeSolver : public WindowSolver {
 inline FakeSolver makePerfectSolver(const std::string& name, const Circle& circle = Circle()) {
   return FakeSolver(name,
                     [circle](const InitWindow& window) { return perfectResult(window, circle); });
-}
-
-inline ProtocolResult run(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
-                          const ProtocolOptions& options = {},
-                          const ProgressCallback& progress = {}) {
-  ProtocolResult result;
-  EXPECT_EQ(runProtocol(sequence, solvers, options, progress, &result), "");
-  return result;
 }
 
 }  // namespace slim_init::evaluation

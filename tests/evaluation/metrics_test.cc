@@ -354,7 +354,7 @@ TEST(ExcitationGate, ForceIsIntegratedInTheFrameOfTheFirstKeyframeOfAPair) {
   EXPECT_NEAR(excitation.mean_deviation, 1.0 - 1.1 / 9.0, 1e-3);
 }
 
-TEST(PartialMetrics, GravityAndBiasOfAnAnswerWithoutStates) {
+TEST(WindowMetrics, GravityAndBiasOfAnAnswerWithoutStates) {
   const Circle circle;
   const std::vector<NavState> truth = {circle.state(1.0), circle.state(1.5)};
   InitResult result;
@@ -364,24 +364,23 @@ TEST(PartialMetrics, GravityAndBiasOfAnAnswerWithoutStates) {
   const Eigen::Vector3d axis = down.unitOrthogonal();
   result.gravity_b0 = Eigen::AngleAxisd(3.0 * 3.14159265358979 / 180.0, axis) * down;
   result.gyro_bias = 1.1 * circle.gyro_bias;
-  PartialMetrics metrics = evaluatePartial(result, truth);
+  WindowMetrics metrics = evaluateWindow(result, truth);
+  EXPECT_EQ(metrics.failure, "no estimate");
   EXPECT_NEAR(metrics.gravity_error_deg, 3.0, 1e-9);
   EXPECT_NEAR(metrics.gyro_bias_err_pct, 10.0, 1e-9);
   EXPECT_NEAR(metrics.gyro_bias_vec_err, 0.1 * circle.gyro_bias.norm(), 1e-12);
 
   // What was not said is not judged.
   result.gravity_b0.setConstant(kNotComputed);
-  metrics = evaluatePartial(result, truth);
+  metrics = evaluateWindow(result, truth);
   EXPECT_TRUE(std::isnan(metrics.gravity_error_deg));
   EXPECT_NEAR(metrics.gyro_bias_err_pct, 10.0, 1e-9);
-  metrics = evaluatePartial(InitResult(), truth);
+  metrics = evaluateWindow(InitResult(), truth);
   EXPECT_TRUE(std::isnan(metrics.gyro_bias_vec_err));
-  // With states it is WindowMetrics that counts; without truth nothing does.
   result = perfectResult(truth, circle.g);
-  EXPECT_TRUE(std::isnan(evaluatePartial(result, truth).gravity_error_deg));
   result.states.clear();
-  EXPECT_NEAR(evaluatePartial(result, truth).gravity_error_deg, 0.0, 1e-6);
-  EXPECT_TRUE(std::isnan(evaluatePartial(result, {}).gravity_error_deg));
+  EXPECT_NEAR(evaluateWindow(result, truth).gravity_error_deg, 0.0, 1e-6);
+  EXPECT_TRUE(std::isnan(evaluateWindow(result, {}).gravity_error_deg));
 }
 
 }  // namespace

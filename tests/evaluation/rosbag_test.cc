@@ -459,11 +459,10 @@ TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {
   std::string error;
   const auto writer = makeBagWriter(file(), BagTopics(), &error);
   ASSERT_NE(writer, nullptr) << error;
-  EXPECT_TRUE(contains(writer->addImu(0, TinyRecording::imu(0)), "at least 1 ns"));
-  EXPECT_TRUE(contains(writer->addImu(4294967296000000000, TinyRecording::imu(0)), "2^32 s"));
+  for (const std::int64_t stamp_ns : {std::int64_t{0}, std::int64_t{4294967296000000000}}) {
+    expectParts(writer->addImu(stamp_ns, TinyRecording::imu(0)), "tiny.bag cannot be written");
+  }
   EXPECT_EQ(writer->addImu(5, TinyRecording::imu(0)), "");
-  EXPECT_TRUE(contains(writer->addImu(5, TinyRecording::imu(0)), "after the one before"));
-  EXPECT_TRUE(contains(writer->addImage(5, cv::Mat(4, 4, CV_8UC3)), "CV_8UC1"));
   EXPECT_EQ(writer->finish(), "");
   folder_.write("occupied", "");
   EXPECT_EQ(makeBagWriter(folder_.file("occupied/x.bag"), BagTopics(), &error), nullptr);

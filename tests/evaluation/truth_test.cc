@@ -72,19 +72,15 @@ double largestVelocityError(const std::vector<NavState>& truth,
 TEST(DeriveVelocities, FollowsANoisyPath) {
   std::vector<Eigen::Vector3d> velocities;
   std::vector<NavState> truth = noisyPath(&velocities);
-  const DerivedVelocities derived = deriveVelocities(&truth);
-  EXPECT_EQ(derived.jumps, 0);
+  deriveVelocities(&truth);
   EXPECT_LT(largestVelocityError(truth, velocities), 0.06);
 }
 
-TEST(DeriveVelocities, IsNotMovedByAJumpAndReportsIt) {
+TEST(DeriveVelocities, IsNotMovedByAJump) {
   std::vector<Eigen::Vector3d> velocities;
   std::vector<NavState> truth = noisyPath(&velocities);
   for (std::size_t k = 500; k < truth.size(); ++k) truth[k].p_w_b.x() += 0.07;
-  const DerivedVelocities derived = deriveVelocities(&truth);
-  EXPECT_EQ(derived.jumps, 1);
-  EXPECT_NEAR(derived.largest_jump_m, 0.07, 0.002);
-  EXPECT_NE(derived.note.find("jump 1 time, by up to 0.07 m"), std::string::npos) << derived.note;
+  deriveVelocities(&truth);
   EXPECT_LT(largestVelocityError(truth, velocities), 0.06);
 }
 

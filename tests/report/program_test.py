@@ -3,9 +3,9 @@
 import math
 import os
 import subprocess
-import tempfile
 import unittest
 
+from handmade import Scratch
 from slim_init_report import data, statistics
 
 PROGRAM = os.environ["SLIM_INIT_PROGRAM"]
@@ -36,13 +36,10 @@ OURS.update({
     "downstream_diverged": "diverged", "downstream_divergence_rate": "diverged/downstream"})
 
 
-class Program(unittest.TestCase):
+class Program(Scratch):
     def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.out = os.path.join(self.scratch.name, "out")
-
-    def tearDown(self):
-        self.scratch.cleanup()
+        super().setUp()
+        self.out = self.path("out")
 
     def run_program(self, *arguments, **more):
         return subprocess.run([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -61,26 +58,22 @@ class Program(unittest.TestCase):
         self.assertIn("Report: %s/report.md" % self.out, run.stdout)
         for name in ("report.md", "report.html", "windows.csv", "summary.json", "error_cdf.png"):
             self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 1000, name)
-        with open(os.path.join(self.out, "report.md"), encoding="utf-8") as file:
-            self.assertIn("slim_init ab --builtin corridor-walk", file.read())
+        self.assertIn("slim_init ab --builtin corridor-walk", self.text_of("out/report.md"))
 
     def test_without_the_modules_there_is_a_line_and_the_data(self):
         # A python that has none of them, and no other in reach.
-        folder = os.path.join(self.scratch.name, "bin")
-        os.makedirs(folder)
-        with open(os.path.join(folder, "python3"), "w", encoding="utf-8") as file:
-            file.write("#!/bin/sh\nexit 3\n")
-        os.chmod(file.name, 0o755)
+        python = self.write("bin/python3", "#!/bin/sh\nexit 3\n")
+        os.chmod(python, 0o755)
         hidden = subprocess.run(["unshare", "-rm", "true"], stdout=subprocess.DEVNULL,
                                 stderr=subprocess.DEVNULL, check=False).returncode != 0
         if hidden:  # /usr/bin/python3 cannot be covered up without a mount of our own
             self.skipTest("no unshare")
         run = subprocess.run(
             ["unshare", "-rm", "sh", "-c", 'mount --bind "$0" /usr/bin/python3 && exec "$@"',
-             file.name, PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
+             python, PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
              "--keyframes", "10",
              "--out", self.out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            universal_newlines=True, check=False, env=dict(os.environ, PATH=folder + ":/bin:/usr/bin"))
+            universal_newlines=True, check=False, env=dict(os.environ, PATH=self.path("bin") + ":/bin:/usr/bin"))
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertEqual(run.stderr.count("\n"), 1)
         self.assertIn("slim_init: note: no report: no python3 with pandas, matplotlib and jinja2 was "
@@ -92,14 +85,13 @@ class Program(unittest.TestCase):
     def test_report_of_several_runs(self):
         self.assertEqual(self.ab("--report", "off", "--ablation").returncode, 0)
         self.assertFalse(os.path.exists(os.path.join(self.out, "report.md")))
-        together = os.path.join(self.scratch.name, "to gether")
+        together = self.path("to gether")
         run = self.run_program("report", "--suite", self.out, "--out", together)
         self.assertEqual((run.returncode, run.stderr), (0, ""))
-        with open(os.path.join(together, "report.md"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.text_of("to gether/report.md")
         self.assertIn("## Table IV, ablation", text)
         self.assertIn("without both line residuals", text)
-        run = self.run_program("report", os.path.join(self.scratch.name, "none"))
+        run = self.run_program("report", self.path("none"))
         self.assertEqual(run.returncode, 2)
         self.assertIn("summary.json", run.stderr)
         self.assertIn("--suite", self.run_program("report", "--help").stdout)

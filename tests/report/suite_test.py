@@ -2,8 +2,9 @@
 """The suite under Snakemake: SLIM_INIT_PROGRAM names the program, SLIM_INIT_SNAKEMAKE the engine."""
 import os
 import subprocess
-import tempfile
 import unittest
+
+from handmade import Scratch
 
 PROGRAM, SNAKEMAKE = os.environ["SLIM_INIT_PROGRAM"], os.environ["SLIM_INIT_SNAKEMAKE"]
 SNAKEFILE = os.path.normpath(os.path.join(os.path.dirname(__file__),
@@ -11,24 +12,15 @@ SNAKEFILE = os.path.normpath(os.path.join(os.path.dirname(__file__),
 CASES = ["simulated/circle", "ablation/simulated/corridor-walk"]
 
 
-class Suite(unittest.TestCase):
-    def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def path(self, name):
-        return os.path.join(self.scratch.name, name)
-
+class Suite(Scratch):
     def snakemake(self, *arguments, **config):
         settings = dict({"program": PROGRAM, "quick": "true", "limit": 2, "out": "out dir",
                          "methods": "slim-paper,drt-l", "cases": ",".join(CASES)}, **config)
         run = subprocess.run(
             [SNAKEMAKE, "-s", SNAKEFILE, "--cores", "2", "--nocolor", *arguments, "--config"] +
-            ["%s=%s" % item for item in settings.items()], cwd=self.scratch.name, check=False,
+            ["%s=%s" % item for item in settings.items()], cwd=self.folder, check=False,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
-            env=dict(os.environ, HOME=self.scratch.name, XDG_CACHE_HOME=self.path("cache")))
+            env=dict(os.environ, HOME=self.folder, XDG_CACHE_HOME=self.path("cache")))
         return run.returncode, run.stdout
 
     def test_a_dry_run_lists_every_case(self):
@@ -51,8 +43,7 @@ class Suite(unittest.TestCase):
         for case in CASES:
             for name in ("windows.csv", "summary.json", "report.md", "report.html", "log.txt"):
                 self.assertTrue(os.path.exists(self.path("out dir/%s/%s" % (case, name))), case)
-        with open(self.path("out dir/report.md"), encoding="utf-8") as file:
-            report = file.read()
+        report = self.text_of("out dir/report.md")
         for part in ("snakemake -s slim_init/evaluation/suite/Snakefile --config",
                      "| simulated/circle | Excited |", "## Table IV, ablation",
                      "| circle | drt-l | 2 |", "slim-paper[no-lines]",
@@ -72,15 +63,12 @@ class Suite(unittest.TestCase):
 
     def test_a_case_that_fails_is_named_and_the_others_are_run(self):
         for name in ("imu0.csv", "cam0_timestamps.csv", "groundtruth.csv"):
-            os.makedirs(self.path("data/V1_01"), exist_ok=True)
-            with open(self.path("data/V1_01/" + name), "w", encoding="utf-8") as file:
-                file.write("#nothing\n")
+            self.write("data/V1_01/" + name, "#nothing\n")
         code, text = self.snakemake("--keep-going", recorded="data",
                                     cases="recorded/V1_01,simulated/circle")
         self.assertNotEqual(code, 0)
         self.assertIn("recorded/V1_01/log.txt", text)
-        with open(self.path("out dir/recorded/V1_01/log.txt"), encoding="utf-8") as file:
-            self.assertIn("slim_init: ", file.read())
+        self.assertIn("slim_init: ", self.text_of("out dir/recorded/V1_01/log.txt"))
         self.assertTrue(os.path.exists(self.path("out dir/simulated/circle/report.html")))
 
 

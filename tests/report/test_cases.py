@@ -2,8 +2,9 @@
 """Which runs the suite makes, and with which arguments."""
 import os
 import sys
-import tempfile
 import unittest
+
+from handmade import Scratch
 
 SUITE = os.path.normpath(os.path.join(os.path.dirname(__file__), "../../slim_init/evaluation/suite"))
 sys.path.insert(0, SUITE)
@@ -20,21 +21,7 @@ def option(case, name):
         else None
 
 
-class Cases(unittest.TestCase):
-    def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def file(self, name):
-        """Makes an empty file with its folders; returns its path."""
-        path = os.path.join(self.scratch.name, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w", encoding="utf-8"):
-            pass
-        return path
-
+class Cases(Scratch):
     def cases(self, **config):
         found, notes = suite.list_cases(dict(config))
         return {case.name: case for case in found}, notes
@@ -92,10 +79,10 @@ class Cases(unittest.TestCase):
         self.assertEqual(notes, ["no ablation: none of the methods has variants"])
 
     def test_recordings_without_images(self):
-        imu = self.file("MH_03/imu0.csv")
-        self.file("V1_01/imu0.csv")
-        self.file("papers/read.me")
-        found, notes = self.cases(recorded=self.scratch.name)
+        imu = self.write("MH_03/imu0.csv")
+        self.write("V1_01/imu0.csv")
+        self.write("papers/read.me")
+        found, notes = self.cases(recorded=self.folder)
         self.assertEqual(list(found)[:2], ["recorded/MH_03", "recorded/V1_01"])
         self.assertIn("ablation/recorded/MH_03", found)
         self.assertEqual(notes, ["recorded: papers has no imu0.csv and was skipped"])
@@ -107,11 +94,11 @@ class Cases(unittest.TestCase):
         self.assertEqual(len(hall.inputs), 3)
 
     def test_sequences_of_euroc_by_name(self):
-        table = self.file("machine_hall/MH_01_easy/mav0/imu0/data.csv")
-        self.file("machine_hall/MH_01_easy/mav0/cam0/data.csv")
-        bag = self.file("vicon/V2_01_easy/V2_01_easy.bag")
-        self.refused("V2_01_easy.bag is a bag and needs config=YAML", euroc=self.scratch.name)
-        found, notes = self.cases(euroc=self.scratch.name, config="rig.yaml")
+        table = self.write("machine_hall/MH_01_easy/mav0/imu0/data.csv")
+        self.write("machine_hall/MH_01_easy/mav0/cam0/data.csv")
+        bag = self.write("vicon/V2_01_easy/V2_01_easy.bag")
+        self.refused("V2_01_easy.bag is a bag and needs config=YAML", euroc=self.folder)
+        found, notes = self.cases(euroc=self.folder, config="rig.yaml")
         self.assertEqual(list(found)[:2], ["images/MH_01", "images/V2_01"])
         folder = found["images/MH_01"]
         self.assertEqual(folder.arguments[:2], ["--asl", table[:-len("/mav0/imu0/data.csv")]])
@@ -132,17 +119,17 @@ class Cases(unittest.TestCase):
         self.refused("cases: 'circle' is none of simulated/", cases="circle")
 
     def test_bad_folders(self):
-        none = os.path.join(self.scratch.name, "none")
+        none = self.path("none")
         self.refused("recorded: there is no folder", recorded=none)
         self.refused("euroc: there is no folder", euroc=none)
-        self.refused("holds a recording (imu0.csv)", recorded=self.scratch.name)
-        self.refused("none of EuRoC's sequences", euroc=self.scratch.name)
-        self.file("imu0.csv")
-        self.refused("name the folder above", recorded=self.scratch.name)
+        self.refused("holds a recording (imu0.csv)", recorded=self.folder)
+        self.refused("none of EuRoC's sequences", euroc=self.folder)
+        self.write("imu0.csv")
+        self.refused("name the folder above", recorded=self.folder)
 
     def test_the_program(self):
-        program = self.file("build/bin/slim_init")
-        folder = os.path.join(self.scratch.name, "slim_init/evaluation/suite")
+        program = self.write("build/bin/slim_init")
+        folder = self.path("slim_init/evaluation/suite")
         os.chmod(program, 0o755)
         self.assertEqual(suite.find_program({}, folder), program)
         self.assertEqual(suite.find_program({"program": program}, "/"), program)

@@ -7,7 +7,7 @@ import re
 import tempfile
 import unittest
 
-from handmade import by_hand, row, write_run
+from handmade import Scratch, by_hand, row, write_run
 from slim_init_report import data, statistics
 
 FAILED = ("invalid_input", "numerical_failure")
@@ -144,23 +144,20 @@ class Special(unittest.TestCase):
                                statistics.summarize(one)["hand"]["success.scale_error.rmse"])
 
 
-class BadFolders(unittest.TestCase):
+class BadFolders(Scratch):
     def refused(self, folder, part):
         with self.assertRaises(data.InputError) as caught:
             data.load_run(folder)
         self.assertIn(part, str(caught.exception))
 
     def test_messages_name_the_file(self):
-        with tempfile.TemporaryDirectory() as folder:
-            self.refused(os.path.join(folder, "none"), "summary.json: No such file")
-            write_run(folder, by_hand())
-            with open(os.path.join(folder, "summary.json"), "w", encoding="utf-8") as file:
-                file.write("{")
-            self.refused(folder, "cannot be read")
-            write_run(folder, by_hand())
-            with open(os.path.join(folder, "windows.csv"), "w", encoding="utf-8") as file:
-                file.write("dataset,method\nx,y\n")
-            self.refused(folder, "lacks the column")
+        self.refused(self.path("none"), "summary.json: No such file")
+        write_run(self.folder, by_hand())
+        self.write("summary.json", "{")
+        self.refused(self.folder, "cannot be read")
+        write_run(self.folder, by_hand())
+        self.write("windows.csv", "dataset,method\nx,y\n")
+        self.refused(self.folder, "lacks the column")
 
 
 if __name__ == "__main__":

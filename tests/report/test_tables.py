@@ -1,12 +1,10 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Tables, and what the paper printed."""
 import math
-import tempfile
-import os
 import unittest
 
 import numpy
-from handmade import row, write_run
+from handmade import Scratch, row, write_run
 from slim_init_report import data, method_tables, paper, statistics, suite_tables
 from slim_init_report.tables import Cell, Table, count, number
 
@@ -108,14 +106,8 @@ class Paper(unittest.TestCase):
                          ["MH_01", "V2_03", ""])
 
 
-class SuiteTables(unittest.TestCase):
+class SuiteTables(Scratch):
     """slim succeeds in all of 30 windows, drt-l in every third."""
-
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def run_of(self, name, slim, drt, **options):
         rows = []
@@ -124,7 +116,7 @@ class SuiteTables(unittest.TestCase):
             rows.append(row(i, "drt-l", 1.0 + drt) if i % 3 == 0
                         else row(i, "drt-l", None, "too_few_tracks"))
         options = options or {"recorded": name, "world": "hall", "points": 100, "lines": 25}
-        return data.load_run(write_run(os.path.join(self.folder.name, name), rows, options=options,
+        return data.load_run(write_run(self.path(name), rows, options=options,
                                        dataset=name))
 
     def halls(self):
@@ -165,7 +157,7 @@ class SuiteTables(unittest.TestCase):
     def test_the_ablation(self):
         rows = [row(i, method, 1.0 + error) for i in range(10)
                 for method, error in (("slim-paper", 0.1), ("slim-paper[no-lines]", 0.2))]
-        run = data.load_run(write_run(os.path.join(self.folder.name, "ablation"), rows,
+        run = data.load_run(write_run(self.path("ablation"), rows,
                                       method_notes={"slim-paper[no-lines]": "without lines"}))
         self.assertTrue(run.is_ablation)
         table = suite_tables.ablation_table([run], degenerate=True)

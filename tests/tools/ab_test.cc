@@ -243,10 +243,8 @@ TEST_F(Ab, GrowingWindowsTellTheTimeToAccept) {
 // The errors of a rig reach the methods, the report says so, and the first errors are those typed.
 TEST_F(Ab, RigErrorsReachTheMethods) {
   const auto run = [this](const std::string& name, const std::string& errors) {
-    const ProgramRun done =
-        ran("--builtin circle --duration 6 --methods drt-l,slim --gates off " + errors, name);
-    EXPECT_EQ(contains(done.out, "Calibration, rms errors"), !errors.empty()) << done.out;
-    return summaryOf(folder, name);
+    return summary("--builtin circle --duration 6 --methods drt-l,slim --gates off " + errors,
+                   name);
   };
   const auto clean = run("clean", "");
   EXPECT_FALSE(clean["options"].contains("td_error_s"));
@@ -307,11 +305,10 @@ ProgramRun runWithPython(const ScratchFolder& folder, const std::string& script,
   return run;
 }
 
-/// Notes its arguments in called.txt and exits with `code`; with --check with 0.
+/// Notes its arguments in called.txt and exits with `code`; asked for its modules with 0.
 std::string pythonThatExits(const ScratchFolder& folder, int code) {
   return "#!/bin/sh\necho \"$PYTHONSAFEPATH $PYTHONPATH $*\" >> \"" + folder.file("called.txt") +
-         "\"\ncase \"$*\" in *--check) exit 0;; esac\necho a report; exit " + std::to_string(code) +
-         "\n";
+         "\"\ncase \"$2\" in -c) exit 0;; esac\necho a report; exit " + std::to_string(code) + "\n";
 }
 
 // A short run whose report is in `mode`, with a python3 that exits with `code`.
@@ -322,7 +319,6 @@ ProgramRun runWithReport(const ScratchFolder& folder, const std::string& mode, i
 }
 
 using AbReport = Ab;
-using AbOptionsFile = Ab;
 
 TEST_F(AbReport, IsWrittenByThePythonPackageBesideTheProgram) {
   const ProgramRun run = runWithReport(folder, "auto", 0);
@@ -362,49 +358,45 @@ TEST_F(Ab, UnwritableReportExitsWithOne) {
   expectParts(run.err, "--out: directory");
 }
 
-/// A short run on the circle; `extra` are further arguments.
-ProgramRun runWithOptions(const ScratchFolder& folder, const std::string& out,
-                          const std::vector<std::string>& extra) {
-  std::vector<std::string> arguments = {"ab",    "--builtin",     "circle",           "--duration",
-                                        "6",     "--methods",     "drt-l,slim-paper", "--quiet",
-                                        "--out", folder.file(out)};
-  arguments.insert(arguments.end(), extra.begin(), extra.end());
-  // Windows of one size, but where the test is on them.
-  const bool asked = std::any_of(extra.begin(), extra.end(), [&](const std::string& text) {
-    return text == "--keyframes" || contains(readFile(text), "keyframes:");
-  });
-  if (!asked) arguments.insert(arguments.end(), {"--keyframes", "10"});
-  return runProgram(folder, arguments);
-}
-
-/// The rows of one method in windows.csv, without times.
-std::string rowsOf(const ScratchFolder& folder, const std::string& out, const std::string& method) {
-  std::istringstream lines(withoutTimes(readFile(folder.file(out) + "/windows.csv")));
-  std::string rows;
-  for (std::string line; std::getline(lines, line);) {
-    if (contains(line, "," + method + ",")) rows += line + "\n";
+/// Short runs on the circle.
+class AbOptionsFile : public Ab {
+ protected:
+  ProgramRun onCircle(const std::string& out, const std::string& line) const {
+    return runLine(folder, "ab --builtin circle --duration 6 --methods drt-l,slim-paper --quiet " +
+                               line + " --out @" + out);
   }
-  return rows;
-}
+  /// The same, which has to succeed.
+  ProgramRun ranOnCircle(const std::string& out, const std::string& line) const {
+    const ProgramRun run = onCircle(out, line);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run;
+  }
+  /// The rows of one method in windows.csv, without times.
+  std::string rowsOf(const std::string& out, const std::string& method) const {
+    std::istringstream lines(withoutTimes(readFile(folder.file(out) + "/windows.csv")));
+    std::string rows;
+    for (std::string line; std::getline(lines, line);) {
+      if (contains(line, "," + method + ",")) rows += line + "\n";
+    }
+    return rows;
+  }
+};
 
 TEST_F(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   folder.write("none.yaml",
                "%YAML:1.0\nslim_init:\n  vanishing_point: {inlier_threshold_deg: 1.0}\n");
   folder.write("narrow.yaml",
                "%YAML:1.0\nslim_init:\n  vanishing_point: {inlier_threshold_deg: 0.2}\n");
-  for (const auto& [out, extra] : std::vector<std::pair<std::string, std::vector<std::string>>>{
-           {"plain", {}},
-           {"none", {"--options", folder.file("none.yaml")}},
-           {"narrow", {"--options", folder.file("narrow.yaml")}}}) {
-    const ProgramRun run = runWithOptions(folder, out, extra);
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-    EXPECT_EQ(run.err, "");
+  for (const auto& [out, options] :
+       {std::pair("plain", ""), std::pair("none", "--options @none.yaml"),
+        std::pair("narrow", "--options @narrow.yaml")}) {
+    EXPECT_EQ(ranOnCircle(out, std::string("--keyframes 10 ") + options).err, "");
   }
-  EXPECT_GT(rowsOf(folder, "plain", "slim-paper").size(), 500u);
+  EXPECT_GT(rowsOf("plain", "slim-paper").size(), 500u);
   // The defaults, written down, change nothing.
-  EXPECT_EQ(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "none", "slim-paper"));
-  EXPECT_NE(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "narrow", "slim-paper"));
-  EXPECT_EQ(rowsOf(folder, "plain", "drt-l"), rowsOf(folder, "narrow", "drt-l"));
+  EXPECT_EQ(rowsOf("plain", "slim-paper"), rowsOf("none", "slim-paper"));
+  EXPECT_NE(rowsOf("plain", "slim-paper"), rowsOf("narrow", "slim-paper"));
+  EXPECT_EQ(rowsOf("plain", "drt-l"), rowsOf("narrow", "drt-l"));
 
   EXPECT_EQ(summaryOf(folder, "plain")["options"].count("options"), 0u);
   const auto options = summaryOf(folder, "narrow")["options"];
@@ -417,36 +409,28 @@ TEST_F(AbOptionsFile, TheCommandLineWins) {
   folder.write("file.yaml",
                "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6, max_span_s: 2}\n"
                "  gates: {mode: on}\n");
-  const std::vector<std::string> file = {"--options", folder.file("file.yaml")};
-  ASSERT_EQ(runWithOptions(folder, "file", file).exit_code, 0);
+  ranOnCircle("file", "--options @file.yaml");
   auto options = summaryOf(folder, "file")["options"];
   EXPECT_EQ(options["keyframes"], "6..8");
   EXPECT_EQ(options["span_s"], 2.0);
   EXPECT_EQ(options["gates"], "on");
-  EXPECT_TRUE(contains(rowsOf(folder, "file", "drt-l"), ",8,"));
+  EXPECT_TRUE(contains(rowsOf("file", "drt-l"), ",8,"));
   // Also with the value that would be the default, and below the file's min_keyframes.
-  std::vector<std::string> typed = file;
-  typed.insert(typed.end(), {"--keyframes", "10", "--gates", "own"});
-  ASSERT_EQ(runWithOptions(folder, "typed", typed).exit_code, 0);
-  ASSERT_EQ(runWithOptions(folder, "plain", {}).exit_code, 0);
+  ranOnCircle("typed", "--options @file.yaml --keyframes 10 --gates own");
+  ranOnCircle("plain", "--keyframes 10");
   options = summaryOf(folder, "typed")["options"];
   EXPECT_EQ(options["keyframes"], 10);
   EXPECT_EQ(options["gates"], "own");
-  EXPECT_EQ(rowsOf(folder, "typed", "drt-l"), rowsOf(folder, "plain", "drt-l"));
-  typed = file;
-  typed.insert(typed.end(), {"--keyframes", "5"});
-  const ProgramRun run = runWithOptions(folder, "short", typed);
-  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(rowsOf("typed", "drt-l"), rowsOf("plain", "drt-l"));
+  ranOnCircle("short", "--options @file.yaml --keyframes 5");
   EXPECT_EQ(summaryOf(folder, "short")["options"]["keyframes"], 5);
 }
 
 TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
   const std::string config = SLIM_INIT_SOURCE_DIR "/config/euroc.yaml";
-  ASSERT_EQ(runWithOptions(folder, "plain", {}).exit_code, 0);
-  const ProgramRun run = runWithOptions(folder, "config", {"--config", config});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ranOnCircle("config", "--keyframes 10 --config " + config);
   EXPECT_EQ(summaryOf(folder, "config")["options"]["config"], config);
-  EXPECT_GT(rowsOf(folder, "config", "drt-l").size(), 500u);
+  EXPECT_GT(rowsOf("config", "drt-l").size(), 500u);
   // A camera turned about its axis by a right angle sees other things.
   std::string text = readFile(config);
   const std::string rotation = "data: [ 0.0148655429818, -0.999880929698,   0.00414029679422,";
@@ -454,14 +438,13 @@ TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
   text.replace(text.find(rotation), text.find(']', text.find(rotation)) - text.find(rotation),
                "data: [ 0., 0., 1., -1., 0., 0., 0., -1., 0.");
   folder.write("turned.yaml", text);
-  ASSERT_EQ(runWithOptions(folder, "turned", {"--config", folder.file("turned.yaml")}).exit_code,
-            0);
-  EXPECT_NE(rowsOf(folder, "config", "drt-l"), rowsOf(folder, "turned", "drt-l"));
+  ranOnCircle("turned", "--keyframes 10 --config @turned.yaml");
+  EXPECT_NE(rowsOf("config", "drt-l"), rowsOf("turned", "drt-l"));
   // In the middle of its image a MEI camera is a pinhole of half the length, if xi is one.
   const auto write = [&](const char* name, std::vector<std::pair<const char*, const char*>> swaps) {
     for (const auto& [from, to] : swaps) text.replace(text.find(from), std::strlen(from), to);
     folder.write("lens.yaml", text);
-    EXPECT_EQ(runWithOptions(folder, name, {"--config", folder.file("lens.yaml")}).exit_code, 0);
+    ranOnCircle(name, "--keyframes 10 --config @lens.yaml");
   };
   text = readFile(config) + "mirror_parameters: {xi: 1.0}\n";
   write("pinhole", {{"fx: 458.654", "fx: 450"}, {"fy: 457.296", "fy: 450"}});
@@ -470,16 +453,15 @@ TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
                 {"fy: 450", "gamma2: 900"},
                 {"cx: ", "u0: "},
                 {"cy: ", "v0: "}});
-  EXPECT_EQ(rowsOf(folder, "pinhole", "drt-l"), rowsOf(folder, "mei", "drt-l"));
-  const ProgramRun missing = runWithOptions(folder, "out", {"--config", folder.file("no.yaml")});
+  EXPECT_EQ(rowsOf("pinhole", "drt-l"), rowsOf("mei", "drt-l"));
+  const ProgramRun missing = onCircle("out", "--config @no.yaml");
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_TRUE(contains(missing.err, "slim_init: " + folder.file("no.yaml"))) << missing.err;
 }
 
 TEST_F(AbOptionsFile, KeysWithoutEffectAreNoted) {
   folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  noise: {gyro_density: 0.001}\n");
-  const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
-  EXPECT_EQ(run.exit_code, 0);
+  const ProgramRun run = ranOnCircle("out", "--keyframes 10 --options @file.yaml");
   expectParts(run.err, "slim_init: note: |not used here: slim_init.noise.gyro_density (");
   const std::string notes = summaryOf(folder, "out")["notes"].dump();
   expectParts(notes, "slim_init.noise.gyro_density");
@@ -488,7 +470,7 @@ TEST_F(AbOptionsFile, KeysWithoutEffectAreNoted) {
 TEST_F(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   const auto refused = [&](const std::string& text, const std::string& parts) {
     if (!text.empty()) folder.write("file.yaml", text);
-    const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
+    const ProgramRun run = onCircle("out", "--options @file.yaml");
     EXPECT_EQ(run.exit_code, 2) << text;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(run.err.rfind("slim_init: --options: " + folder.file("file.yaml"), 0), 0u) << run.err;
@@ -529,6 +511,18 @@ TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
               "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
 }
 
+TEST_F(Ab, ImagesOutsideImuDataAndGroundTruthAreDiscarded) {
+  writeRecording(folder, 8.0, 0.0);
+  folder.write("cam0_timestamps.csv",
+               readFile(folder.file("cam0_timestamps.csv")) + "1500000000000000000\n");
+  expectParts(ran("--recorded @ --methods drt-l").err,
+              "1 of 162 images lie outside the IMU data or the ground truth");
+  folder.write("cam0_timestamps.csv", "1500000000000000000\n1500000000000000001\n");
+  const ProgramRun run = runLine(folder, "ab --recorded @ --out @out");
+  EXPECT_EQ(run.exit_code, 2);
+  expectParts(run.err, "none of 2 images lies within IMU data and ground truth");
+}
+
 class AbOfRecordings : public Ab {
  protected:
   void SetUp() override {
@@ -542,7 +536,7 @@ TEST_F(AbOfRecordings, OneRuns) {
   const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
                                              "--limit", "20", "--out", folder.file("out")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.err, "1 of 2033 images");
+  expectParts(run.err, "57 of 2033 images");
   const auto json = summaryOf(folder);
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");

@@ -84,7 +84,7 @@ void diverge(const std::string& message, DownstreamRecord* record) {
 /// ATE, final scale and, from them, divergence.
 void compare(const Sequence& sequence, const std::vector<NavState>& path,
              const std::vector<NavState>& window, DownstreamRecord* record) {
-  if (!sequence.has_truth) return;
+  if (sequence.truth == nullptr) return;
   const auto truthOf = [&](const std::vector<NavState>& states, std::vector<NavState>* known) {
     std::vector<NavState> truth;
     for (const NavState& state : states) {

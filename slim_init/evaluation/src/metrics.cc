@@ -136,7 +136,16 @@ HeadingAlignment alignHeading(const std::vector<Eigen::Vector3d>& source,
 
 WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth) {
   WindowMetrics metrics;
+  const auto setGravityAndBias = [&](WindowMetrics* m) {
+    const Eigen::Vector3d true_bias = meanGyroBias(truth);
+    const Eigen::Vector3d true_gravity =
+        truth.front().R_w_b.transpose() * -Eigen::Vector3d::UnitZ();
+    m->gravity_error_deg = kRadToDeg * angleBetween(result.gravity_b0, true_gravity);
+    m->gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
+    m->gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
+  };
   if (result.states.empty()) {
+    if (!truth.empty()) setGravityAndBias(&metrics);
     metrics.failure = "no estimate";
     return metrics;
   }
@@ -168,7 +177,6 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   const Eigen::Matrix3Xd aligned = (similarity.s * similarity.R * from).colwise() + similarity.t;
   double speed_sum = 0.0;
   double velocity_sum = 0.0;
-  const Eigen::Vector3d true_bias = meanGyroBias(truth);
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d& v = result.states[k].v_w_b;
     const Eigen::Vector3d& true_v = truth[k].v_w_b;
@@ -183,10 +191,7 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   computed.pose_rmse = std::sqrt((to - aligned).squaredNorm() / count);
   computed.velocity_rmse = std::sqrt(speed_sum / count);
   computed.velocity_vec_rmse = std::sqrt(velocity_sum / count);
-  computed.gravity_error_deg =
-      kRadToDeg * angleBetween(result.gravity_b0, true_R_b0_w * -Eigen::Vector3d::UnitZ());
-  computed.gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
-  computed.gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
+  setGravityAndBias(&computed);
   // Finite input can still overflow.
   for (const double value :
        {computed.scale, computed.pose_rmse, computed.velocity_rmse, computed.velocity_vec_rmse,
@@ -197,23 +202,6 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
     }
   }
   return computed;
-}
-
-PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth) {
-  PartialMetrics metrics;
-  if (!result.states.empty() || truth.empty()) return metrics;
-  if (result.gravity_b0.allFinite() && result.gravity_b0.norm() > 0.0 &&
-      truth.front().R_w_b.allFinite()) {
-    metrics.gravity_error_deg =
-        kRadToDeg * angleBetween(result.gravity_b0,
-                                 truth.front().R_w_b.transpose() * -Eigen::Vector3d::UnitZ());
-  }
-  const Eigen::Vector3d true_bias = meanGyroBias(truth);
-  if (result.gyro_bias.allFinite() && true_bias.allFinite()) {
-    metrics.gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
-    metrics.gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
-  }
-  return metrics;
 }
 
 CalibrationDifference calibrationDifference(const Calibration& calibration,

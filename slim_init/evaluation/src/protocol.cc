@@ -34,27 +34,6 @@ struct Cut {
   const InitWindow& full() const { return *windows.back(); }
 };
 
-std::string checkSequence(const Sequence& sequence) {
-  if (std::string sentence = sequence.calibration.validate(); !sentence.empty()) {
-    return "calibration." + sentence;
-  }
-  if (sequence.truth.size() != sequence.frames.size()) {
-    return "sequence has " + std::to_string(sequence.truth.size()) + " ground-truth entries for " +
-           std::to_string(sequence.frames.size()) + " frames";
-  }
-  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
-    if (!(sequence.frames[i].t > sequence.frames[i - 1].t)) {
-      return "time of frame " + std::to_string(i) + " is not after that of the frame before";
-    }
-  }
-  for (std::size_t i = 1; i < sequence.imu.size(); ++i) {
-    if (!(sequence.imu[i].t > sequence.imu[i - 1].t)) {
-      return "time of IMU sample " + std::to_string(i) + " is not after that of the sample before";
-    }
-  }
-  return "";
-}
-
 /// Runs the trials of one sequence. Every trial starts from a fresh KeyframeWindow, so that a
 /// window depends on its own data only.
 class WindowCutter {
@@ -154,25 +133,27 @@ class WindowCutter {
   double give_up_s_ = 0.0;
 };
 
-/// Truth at every keyframe; false where there is none. Empty for a sequence without any truth.
-bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
-                   std::vector<NavState>* truth) {
-  truth->clear();
-  if (!sequence.has_truth) return true;
-  for (const double t : window.times()) {
-    truth->push_back(truthAt(sequence, t));
-    if (!std::isfinite(truth->back().t)) return false;
-  }
-  return true;
+/// Truth at every keyframe, with a time that is NaN where there is none. Empty for a sequence
+/// without any truth.
+std::vector<NavState> truthOfWindow(const Sequence& sequence, const InitWindow& window) {
+  std::vector<NavState> truth;
+  if (sequence.truth == nullptr) return truth;
+  for (const double t : window.times()) truth.push_back(truthAt(sequence, t));
+  return truth;
 }
 
 /// Errors of an answer against the truth at the times of its own states: a method that estimates td
 /// moves them away from the keyframes of the window, and may leave out one that the IMU data then
 /// do not cover. `without_truth`: one of them lies where there is no truth, and yet as near to the
-/// window as a correction of td may take it.
+/// window as a correction of td may take it. Without states: against the truth at the keyframes.
 WindowMetrics evaluateEstimate(const Sequence& sequence, const InitWindow& window,
                                const InitResult& answer, bool* without_truth) {
   WindowMetrics metrics;
+  if (sequence.truth == nullptr) {
+    metrics.failure = "no ground truth";
+    return metrics;
+  }
+  if (answer.states.empty()) return evaluateWindow(answer, truthOfWindow(sequence, window));
   std::vector<NavState> truth;
   for (const NavState& state : answer.states) {
     truth.push_back(truthAt(sequence, state.t));
@@ -188,8 +169,7 @@ WindowMetrics evaluateEstimate(const Sequence& sequence, const InitWindow& windo
 }
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
-                       const std::vector<NavState>& truth, const Sequence& sequence,
-                       ConsistencyCheck* answers, InitResult* returned) {
+                       const Sequence& sequence, ConsistencyCheck* answers, InitResult* returned) {
   const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
   *returned = solver.solve(window);
@@ -206,12 +186,7 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   record.status = answer.status;
   record.message = answer.message;
   record.attempted = answer.hasEstimate();
-  if (truth.empty()) {
-    record.metrics.failure = "no ground truth";
-  } else {
-    record.metrics = evaluateEstimate(sequence, window, answer, &record.without_truth);
-    record.partial = evaluatePartial(answer, truth);
-  }
+  record.metrics = evaluateEstimate(sequence, window, answer, &record.without_truth);
   record.scale_sigma = answer.scale_sigma;
   record.noise_px = answer.track_noise.measured_px;
   if (answer.calibration.has_value()) {
@@ -225,12 +200,12 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   return record;
 }
 
-/// Truth of all windows of a trial; false where a keyframe lacks it.
-bool truthOfWindows(const Sequence& sequence, const Cut& cut,
-                    std::vector<std::vector<NavState>>* truths) {
-  truths->assign(cut.windows.size(), {});
-  for (std::size_t i = 0; i < cut.windows.size(); ++i) {
-    if (!truthOfWindow(sequence, *cut.windows[i], &(*truths)[i])) return false;
+/// Whether every keyframe of every window of a trial has ground truth, or none is expected.
+bool hasTruth(const Sequence& sequence, const Cut& cut) {
+  for (const auto& window : cut.windows) {
+    for (const NavState& state : truthOfWindow(sequence, *window)) {
+      if (!std::isfinite(state.t)) return false;
+    }
   }
   return true;
 }
@@ -240,7 +215,6 @@ struct Trial {
   Calibration calibration;  ///< as the methods are told
   Cut cut;
   std::shared_ptr<const InitWindow> judged;  ///< by its excitation
-  std::vector<std::vector<NavState>> truths;
   WindowRecord record;
 };
 
@@ -261,8 +235,8 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
   InitResult answer;
   ConsistencyCheck answers(options.window.fullSpan(),
                            options.first_keyframes > 0 ? ConsistencyCheck::kMaxDisagreement : 0.0);
-  for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
-    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answers, &answer);
+  for (const auto& window : trial.cut.windows) {
+    record = runSolver(solver, *window, sequence, &answers, &answer);
     if (record.accepted()) break;
   }
   if (!options.downstream || !record.accepted()) return record;
@@ -278,17 +252,11 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
   ProtocolCounts& counts = result->counts;
   const Cut& cut = trial->cut;
   ++counts.trials;
-  if (cut.outcome == CutOutcome::kEnded) {
-    ++counts.ended;
-    return false;
-  }
-  if (cut.outcome == CutOutcome::kInterrupted) {
-    ++counts.interrupted;
-    return false;
-  }
-  if (cut.outcome == CutOutcome::kInvalid) {
-    ++counts.invalid;
-    if (result->first_refusal.empty()) result->first_refusal = cut.message;
+  if (cut.outcome != CutOutcome::kWindow) {
+    ++(cut.outcome == CutOutcome::kEnded         ? counts.ended
+       : cut.outcome == CutOutcome::kInterrupted ? counts.interrupted
+                                                 : counts.invalid);
+    if (result->first_refusal.empty()) result->first_refusal = cut.message;  // of an invalid one
     return false;
   }
   const std::vector<double>& times = cut.full().times();
@@ -297,7 +265,7 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
     return false;
   }
   *times_before = times;
-  if (!truthOfWindows(sequence, cut, &trial->truths)) {
+  if (!hasTruth(sequence, cut)) {
     ++counts.without_truth;
     return false;
   }
@@ -315,75 +283,42 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
 bool takeRecord(WindowRecord record, ProtocolResult* result) {
   const bool judged = std::none_of(record.methods.begin(), record.methods.end(),
                                    [](const MethodRecord& m) { return m.without_truth; });
-  if (!judged) {
-    ++result->counts.not_evaluable;
-    return false;
-  }
-  ++result->counts.windows;
-  result->windows.push_back(std::move(record));
-  return true;
+  ++(judged ? result->counts.windows : result->counts.not_evaluable);
+  if (judged) result->windows.push_back(std::move(record));
+  return judged;
 }
 
 }  // namespace
 
-std::string ProtocolOptions::validate() const {
-  if (stride < 1) return "stride is " + std::to_string(stride) + ", must be at least 1";
-  if (threads < 1 || threads > kMaxThreads) {
-    return "threads is " + std::to_string(threads) + ", must be in [1, " +
-           std::to_string(kMaxThreads) + "]";
-  }
-  if (max_windows < 0) {
-    return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";
-  }
-  if (first_keyframes != 0 &&
-      (first_keyframes < kMinKeyframes || first_keyframes > window.keyframes)) {
-    return "first_keyframes is " + std::to_string(first_keyframes) + ", must be 0 or in [" +
-           std::to_string(kMinKeyframes) + ", " + std::to_string(window.keyframes) + "]";
-  }
-  if (const std::string message = imu.validate(); !message.empty()) return "imu." + message;
-  if (const std::string message = rig.validate(); !message.empty()) return "rig." + message;
-  const std::string message = window.validate();
-  return message.empty() ? "" : "window." + message;
-}
-
-std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
-                        const ProtocolOptions& options, const ProgressCallback& progress,
-                        ProtocolResult* result) {
-  if (std::string sentence = options.validate(); !sentence.empty()) return sentence;
-  if (std::string sentence = checkSequence(sequence); !sentence.empty()) return sentence;
-
-  *result = ProtocolResult();
-  result->has_truth = sequence.has_truth;
-  result->has_downstream = static_cast<bool>(options.downstream);
-  result->first_keyframes = options.first_keyframes;
-  result->shows_calibration = options.rig.any();
-  for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
-  ProtocolCounts& counts = result->counts;
-  counts.frames = static_cast<int>(sequence.frames.size());
+ProtocolResult runProtocol(const Sequence& sequence,
+                           const std::vector<const WindowSolver*>& solvers,
+                           const ProtocolOptions& options, const ProgressCallback& progress) {
+  ProtocolResult result;
+  result.has_truth = sequence.truth != nullptr;
+  result.first_keyframes = options.first_keyframes;
+  for (const WindowSolver* solver : solvers) result.methods.push_back(solver->name());
+  result.counts.frames = static_cast<int>(sequence.frames.size());
   const WindowCutter cutter(sequence, options.window, options.imu, options.first_keyframes);
   // Which trials are excited does not depend on the windows that the methods get.
   const WindowCutter paper_cutter(sequence, paperWindow(), options.imu, 0);
-  const auto windowOfExcitation = [&](int index, const Trial& trial) {
+  const auto windowOfExcitation = [&](std::size_t first_frame, const Trial& trial) {
     if (options.first_keyframes == 0) return trial.cut.windows.back();
     StreamCounts ignored;
-    const Cut cut =
-        paper_cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
-                         trial.calibration, &ignored);
+    const Cut cut = paper_cutter.cut(first_frame, trial.calibration, &ignored);
     return cut.outcome == CutOutcome::kWindow ? cut.windows.back() : trial.cut.windows.back();
   };
-  const int trials = (counts.frames + options.stride - 1) / options.stride;
+  const int trials = (result.counts.frames + options.stride - 1) / options.stride;
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
   int windows_cut = 0;  // but those that cannot be judged
-  // Windows that are being solved, oldest first, with what is left to do for each. Last, so that it
-  // ends before what it refers to. If the system gives no thread, get() solves.
-  std::deque<std::pair<std::future<void>, std::function<void()>>> running;
+  // Windows that are being solved, oldest first. Last, so that it ends before what it refers to. If
+  // the system gives no thread, get() solves.
+  std::deque<std::future<WindowRecord>> running;
   const auto policy =
       options.threads > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred;
-  const auto finishOldest = [&running] {
-    running.front().first.get();
-    running.front().second();
+  const auto finishOldest = [&] {
+    if (!takeRecord(running.front().get(), &result)) --windows_cut;
     running.pop_front();
   };
 
@@ -391,32 +326,28 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
     while (windows_cut >= expected && !running.empty()) finishOldest();
     if (windows_cut >= expected) break;
     const auto trial = std::make_shared<Trial>();
+    const std::size_t first_frame =
+        static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride);
     trial->record.trial = index;
     trial->calibration = options.rig.random
                              ? assumedCalibration(sequence.trueCalibration(), options.rig, index)
                              : sequence.calibration;
-    trial->cut =
-        cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
-                   trial->calibration, &result->dropped);
-    const bool is_window = countTrial(sequence, &times_before, trial.get(), result);
-    if (is_window) trial->judged = windowOfExcitation(index, *trial);
-    if (is_window) ++windows_cut;
-    const auto solve = [&, is_window, trial] {
-      if (!is_window) return;
+    trial->cut = cutter.cut(first_frame, trial->calibration, &result.dropped);
+    if (progress) progress(std::min(index + 1, expected), expected);
+    if (!countTrial(sequence, &times_before, trial.get(), &result)) continue;
+    ++windows_cut;
+    trial->judged = windowOfExcitation(first_frame, *trial);
+    if (running.size() >= static_cast<std::size_t>(options.threads)) finishOldest();
+    running.push_back(std::async(policy, [&, trial] {
       trial->record.excitation = measureExcitation(*trial->judged);
       for (const WindowSolver* solver : solvers) {
         trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
       }
-    };
-    const auto finish = [&, index, is_window, trial] {
-      if (is_window && !takeRecord(std::move(trial->record), result)) --windows_cut;
-      if (progress) progress(std::min(index + 1, expected), expected);
-    };
-    if (running.size() >= static_cast<std::size_t>(options.threads)) finishOldest();
-    running.emplace_back(std::async(is_window ? policy : std::launch::deferred, solve), finish);
+      return std::move(trial->record);
+    }));
   }
   while (!running.empty()) finishOldest();
-  return "";
+  return result;
 }
 
 }  // namespace slim_init::evaluation

@@ -2,24 +2,18 @@
 //
 // The report's files for programs.
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "slim_init/evaluation/report.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
 
 using Json = nlohmann::json;
 
-std::string format(const char* pattern, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), pattern, value);
-  return text;
-}
-
 // An empty field is a number that does not exist.
-std::string csvNumber(double value) { return std::isfinite(value) ? format("%.9g", value) : ""; }
+std::string csvNumber(double value) { return std::isfinite(value) ? roundedText(9, value) : ""; }
 
 std::string csvText(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -73,58 +67,47 @@ Columns windowColumns(const RunInfo& info, const WindowRecord& window) {
 
 Columns methodColumns(const std::string& method, const MethodRecord& record) {
   const WindowMetrics& metrics = record.metrics;
-  // An estimate without states has these three at most.
-  const PartialMetrics& partial = record.partial;
-  const bool all = metrics.computed();
   const CalibrationErrors& calibration = record.calibration;
   const DownstreamRecord& downstream = record.downstream;
-  return {
-      {"method", csvText(method)},
-      {"status", toString(record.status)},
-      {"answer_keyframes", std::to_string(record.keyframes)},
-      {"answer_s", csvNumber(record.data_s)},
-      {"attempted", yesNo(record.attempted)},
-      {"success", yesNo(record.attempted && metrics.success())},
-      {"scale", csvNumber(metrics.scale)},
-      {"scale_error", csvNumber(metrics.scale_error)},
-      {"gravity_error_deg", csvNumber(all ? metrics.gravity_error_deg : partial.gravity_error_deg)},
-      {"velocity_rmse", csvNumber(metrics.velocity_rmse)},
-      {"velocity_vec_rmse", csvNumber(metrics.velocity_vec_rmse)},
-      {"pose_rmse", csvNumber(metrics.pose_rmse)},
-      {"gyro_bias_err_pct", csvNumber(all ? metrics.gyro_bias_err_pct : partial.gyro_bias_err_pct)},
-      {"gyro_bias_vec_err", csvNumber(all ? metrics.gyro_bias_vec_err : partial.gyro_bias_vec_err)},
-      {"scale_sigma", csvNumber(record.scale_sigma)},
-      {"td_error_ms", csvNumber(1e3 * calibration.td_s)},
-      {"td_sigma_ms", csvNumber(1e3 * calibration.td_sigma_s)},
-      {"rotation_error_deg", csvNumber(calibration.rotation_deg)},
-      {"rotation_sigma_deg", csvNumber(calibration.rotation_sigma_deg)},
-      {"rotation_over_sigma", csvNumber(calibration.rotation_over_sigma)},
-      {"readout_error_ms", csvNumber(1e3 * calibration.readout_s)},
-      {"readout_sigma_ms", csvNumber(1e3 * calibration.readout_sigma_s)},
-      {"noise_px", csvNumber(record.noise_px)},
-      {"warnings", csvText(joined(record.warnings, " | "))},
-      {"point_tracks", std::to_string(record.point_tracks)},
-      {"line_tracks", std::to_string(record.line_tracks)},
-      {"gates", csvText(gatesText(record.gates))},
-      {"message", csvText(record.message)},
-      {"not_evaluated", csvText(metrics.failure)},
-      {"downstream", yesNo(downstream.ran)},
-      {"downstream_s", downstream.ran ? csvNumber(downstream.seconds) : ""},
-      {"downstream_diverged", downstream.ran ? yesNo(downstream.diverged) : ""},
-      {"downstream_ate", csvNumber(downstream.ate)},
-      {"downstream_scale_error", csvNumber(downstream.scale_error)},
-      {"downstream_message", csvText(downstream.message)},
-      // Times come last: without the last three columns equal runs give equal bytes.
-      {"solve_cpu_ms", csvNumber(record.solve_cpu_ms)},
-      {"solve_ms", csvNumber(record.solve_ms)},
-      {"stages_ms", csvText(stagesText(record.stages))}};
-}
-
-Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json jsonOption(const OptionValue& value) {
-  if (const auto* number = std::get_if<double>(&value)) return jsonNumber(*number);
-  return std::visit([](const auto& v) { return Json(v); }, value);
+  return {{"method", csvText(method)},
+          {"status", toString(record.status)},
+          {"answer_keyframes", std::to_string(record.keyframes)},
+          {"answer_s", csvNumber(record.data_s)},
+          {"attempted", yesNo(record.attempted)},
+          {"success", yesNo(record.attempted && metrics.success())},
+          {"scale", csvNumber(metrics.scale)},
+          {"scale_error", csvNumber(metrics.scale_error)},
+          {"gravity_error_deg", csvNumber(metrics.gravity_error_deg)},
+          {"velocity_rmse", csvNumber(metrics.velocity_rmse)},
+          {"velocity_vec_rmse", csvNumber(metrics.velocity_vec_rmse)},
+          {"pose_rmse", csvNumber(metrics.pose_rmse)},
+          {"gyro_bias_err_pct", csvNumber(metrics.gyro_bias_err_pct)},
+          {"gyro_bias_vec_err", csvNumber(metrics.gyro_bias_vec_err)},
+          {"scale_sigma", csvNumber(record.scale_sigma)},
+          {"td_error_ms", csvNumber(1e3 * calibration.td_s)},
+          {"td_sigma_ms", csvNumber(1e3 * calibration.td_sigma_s)},
+          {"rotation_error_deg", csvNumber(calibration.rotation_deg)},
+          {"rotation_sigma_deg", csvNumber(calibration.rotation_sigma_deg)},
+          {"rotation_over_sigma", csvNumber(calibration.rotation_over_sigma)},
+          {"readout_error_ms", csvNumber(1e3 * calibration.readout_s)},
+          {"readout_sigma_ms", csvNumber(1e3 * calibration.readout_sigma_s)},
+          {"noise_px", csvNumber(record.noise_px)},
+          {"warnings", csvText(joined(record.warnings, " | "))},
+          {"point_tracks", std::to_string(record.point_tracks)},
+          {"line_tracks", std::to_string(record.line_tracks)},
+          {"gates", csvText(gatesText(record.gates))},
+          {"message", csvText(record.message)},
+          {"not_evaluated", csvText(metrics.failure)},
+          {"downstream", yesNo(downstream.ran)},
+          {"downstream_s", downstream.ran ? csvNumber(downstream.seconds) : ""},
+          {"downstream_diverged", downstream.ran ? yesNo(downstream.diverged) : ""},
+          {"downstream_ate", csvNumber(downstream.ate)},
+          {"downstream_scale_error", csvNumber(downstream.scale_error)},
+          {"downstream_message", csvText(downstream.message)},
+          // Times come last: without the last three columns equal runs give equal bytes.
+          {"solve_cpu_ms", csvNumber(record.solve_cpu_ms)},
+          {"solve_ms", csvNumber(record.solve_ms)},
+          {"stages_ms", csvText(stagesText(record.stages))}};
 }
 
 Json jsonTracking(const TrackingSummary& tracking) {
@@ -134,18 +117,21 @@ Json jsonTracking(const TrackingSummary& tracking) {
           {"unreadable", tracking.unreadable},
           {"refused", tracking.refused},
           {"images_without_gyro", tracking.images_without_gyro},
-          {"points", jsonNumber(tracking.points)},
-          {"points_carried", jsonNumber(tracking.points_carried)},
-          {"lines", jsonNumber(tracking.lines)},
-          {"lines_carried", jsonNumber(tracking.lines_carried)},
-          {"total_ms_median", jsonNumber(tracking.total_ms_median)}};
+          {"points", tracking.points},
+          {"points_carried", tracking.points_carried},
+          {"lines", tracking.lines},
+          {"lines_carried", tracking.lines_carried},
+          {"total_ms_median", tracking.total_ms_median}};
 }
 
 Json jsonSubset(const SubsetSummary& subset) {
   Json json = Json::object();
   for (const Figure& figure : subset.figures) {
-    json[figure.key] =
-        figure.is_count ? Json(static_cast<int>(figure.value)) : jsonNumber(figure.value);
+    if (figure.is_count) {
+      json[figure.key] = static_cast<int>(figure.value);
+    } else {
+      json[figure.key] = figure.value;
+    }
   }
   json["statuses"] = subset.statuses;
   return json;
@@ -179,7 +165,9 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   json["gyro_bias_truth"] = info.gyro_bias_truth;
   json["notes"] = info.notes;
   Json& options = json["options"] = Json::object();
-  for (const auto& [key, value] : info.options) options[key] = jsonOption(value);
+  for (const auto& [key, value] : info.options) {
+    std::visit([&json = options[key]](const auto& v) { json = v; }, value);
+  }
   const ProtocolCounts& counts = result.counts;
   json["trials"] = {{"frames", counts.frames},
                     {"trials", counts.trials},
@@ -218,7 +206,8 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
     methods[summary.name] = {{"all", jsonSubset(summary.all)},
                              {"excited", jsonSubset(summary.excited)}};
   }
-  // Names of files may hold bytes that are no UTF-8; they are replaced rather than thrown at.
+  // Numbers that are not finite become null. Names of files may hold bytes that are no UTF-8; they
+  // are replaced rather than thrown at.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -148,24 +148,6 @@ bool RigErrors::any() const {
   return td_s != 0.0 || extrinsic_deg != 0.0 || readout_s != 0.0 || disturbsImu();
 }
 
-std::string RigErrors::validate() const {
-  struct Bounds {
-    const char* name;
-    double value, min, max;
-  };
-  // A rotation or an offset beyond would be another rig, not an error of this one. A rate of zero
-  // is the recorded one; the steps of one below 20 Hz are gaps (WindowOptions::max_imu_gap_s).
-  const double rate_hz = imu_rate_hz != 0.0 ? imu_rate_hz : 25.0;
-  for (const auto& [name, value, min, max] :
-       {Bounds{"td_s", td_s, -0.5, 0.5}, Bounds{"extrinsic_deg", extrinsic_deg, 0.0, 180.0},
-        Bounds{"readout_s", readout_s, -0.1, 0.1}, Bounds{"imu_jitter_s", imu_jitter_s, 0.0, 0.05},
-        Bounds{"imu_dropout", imu_dropout, 0.0, 0.9}, Bounds{"imu_rate_hz", rate_hz, 25.0, 1e4}}) {
-    if (value >= min && value <= max) continue;
-    return text(name, " is ", value, ", must be in [", min, ", ", max, "]");
-  }
-  return "";
-}
-
 Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors, int trial) {
   Calibration assumed = truth;
   const bool drawn = errors.random && trial != kAllTrials;
@@ -209,29 +191,17 @@ std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
   return "";
 }
 
-void assumeCalibration(const Calibration& assumed, Sequence* sequence) {
-  if (!sequence->true_calibration.has_value()) {
-    sequence->true_calibration = sequence->calibration;
-  }
-  sequence->calibration = assumed;
-}
-
-std::string applyRigErrors(const RigErrors& errors, bool frames_assume, Sequence* sequence) {
+std::string applyRigErrors(const RigErrors& errors, Sequence* sequence) {
   const Calibration truth = sequence->trueCalibration();
-  std::string sentence = errors.validate();
-  if (sentence.empty()) sentence = checkRows(errors, truth);
+  std::string sentence = checkRows(errors, truth);
   if (sentence.empty()) sentence = disturbImu(errors, &sequence->imu);
   if (!sentence.empty()) return sentence;
   const Calibration assumed = assumedCalibration(truth, errors, kAllTrials);
   if (sentence = assumed.validate(); !sentence.empty()) {
     return "the calibration with its errors: " + sentence;
   }
-  if (frames_assume) {
-    sequence->true_calibration = truth;
-    sequence->calibration = assumed;
-  } else if (errors.any()) {
-    assumeCalibration(assumed, sequence);
-  }
+  sequence->true_calibration = truth;
+  sequence->calibration = assumed;
   return "";
 }
 

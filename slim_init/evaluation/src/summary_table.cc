@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The short tables of a run for a terminal. All others are made by the Python package in
+// The main tables of a run for a terminal. All others are made by the Python package in
 // slim_init/evaluation/report.
 #include <algorithm>
 #include <cmath>
@@ -44,21 +44,6 @@ constexpr Column kFirstAnswer[] = {{"within 10 %, % of all", true, "%.1f", "righ
                                    {"p90", false, "%.2f", "accept_s_p90"},
                                    {"scale rmse", true, "%.4f", "accepted_scale_rmse"},
                                    {"error/sigma", true, "%.2f", "accepted_scale_over_sigma"}};
-constexpr Column kDownstream[] = {
-    {"runs", false, "%.0f", "downstream_runs"},
-    {"diverged %", false, "%.1f", "downstream_divergence_rate", 100.0},
-    {"ATE m, median", true, "%.3f", "downstream_ate_median"},
-    {"p90", true, "%.3f", "downstream_ate_p90"},
-    {"final scale error, median", true, "%.4f", "downstream_scale_median"},
-    {"p90", true, "%.4f", "downstream_scale_p90"}};
-constexpr Column kCalibration[] = {{"accepted", false, "%.0f", "accepted"},
-                                   {"scale rmse", true, "%.4f", "accepted_scale_rmse"},
-                                   {"error/sigma", true, "%.2f", "accepted_scale_over_sigma"},
-                                   {"td ms", false, "%.2f", "accepted_td_rmse_ms"},
-                                   {"error/sigma", false, "%.2f", "accepted_td_over_sigma"},
-                                   {"rotation deg", false, "%.3f", "accepted_rotation_rmse_deg"},
-                                   {"error/sigma", false, "%.2f", "accepted_rotation_over_sigma"},
-                                   {"readout ms", false, "%.2f", "accepted_readout_rmse_ms"}};
 
 /// A dash for a number that does not exist.
 std::string cellText(const Column& column, double value) {
@@ -132,14 +117,6 @@ std::string summaryTable(const ProtocolResult& result,
       text += "  First estimates, solved at every image; times of those within 10 %\n" +
               tableText(kFirstAnswer, summaries, subset, result.has_truth);
     }
-  }
-  if (result.shows_calibration) {
-    text += "\nCalibration, rms errors of the accepted estimates, all windows\n" +
-            tableText(kCalibration, summaries, &MethodSummary::all, result.has_truth);
-  }
-  if (result.has_downstream) {
-    text += "\nBack end from the accepted estimates, all windows\n" +
-            tableText(kDownstream, summaries, &MethodSummary::all, result.has_truth);
   }
   return text + "\nStatuses, all windows\n" + verdictText(summaries);
 }

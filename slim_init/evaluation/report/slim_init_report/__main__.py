@@ -3,22 +3,11 @@
 import argparse
 import os
 import sys
-from importlib.util import find_spec
 
-# Module and Debian package.
-NEEDED = {"numpy": "python3-numpy", "pandas": "python3-pandas",
-          "matplotlib": "python3-matplotlib", "jinja2": "python3-jinja2"}
+from . import demo_page, run_report, suite_report
+from .data import InputError, load_run
 
-EXIT_INTERNAL, EXIT_BAD_INPUT, EXIT_MISSING_MODULES = 1, 2, 3
-
-
-def missing_modules():
-    """A message naming what this python lacks, or ""."""
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if not missing:
-        return ""
-    return "%s lacks %s (Debian packages: %s)" % (
-        sys.executable, ", ".join(missing), " ".join(NEEDED[name] for name in missing))
+EXIT_INTERNAL, EXIT_BAD_INPUT = 1, 2
 
 
 def parse(arguments):
@@ -38,10 +27,8 @@ def parse(arguments):
                         help="a line for the report over several runs; may be repeated")
     parser.add_argument("--command", default="", metavar="TEXT",
                         help="how the runs were made, for the same report")
-    parser.add_argument("--check", action="store_true",
-                        help="write nothing; exit code 0 if this python has the modules, else 3")
     options = parser.parse_args(arguments)
-    if not options.check and not options.folders:
+    if not options.folders:
         parser.error("the folder of a run is needed")
     if len(options.folders) > 1 and not options.out:
         parser.error("--out DIR is needed with several folders")
@@ -49,18 +36,8 @@ def parse(arguments):
 
 
 def main(arguments=None):
-    """Returns the exit code: 0; 1: the report cannot be written; 2: bad input; 3: this python lacks
-    modules."""
+    """Returns the exit code: 0; 1: the report cannot be written; 2: bad input."""
     options = parse(arguments)
-    missing = missing_modules()
-    if missing:
-        print("slim_init report: " + missing, file=sys.stderr)
-        return EXIT_MISSING_MODULES
-    if options.check:
-        return 0
-    # Only now: these import pandas and matplotlib.
-    from . import demo_page, run_report, suite_report
-    from .data import InputError, load_run
     try:
         runs = [load_run(folder) for folder in options.folders]
         out = options.out or options.folders[0]

@@ -12,16 +12,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<const char*, 2> kImageColumns = {"timestamp", "filename"};
-
 class AslFolder : public ImageSequence {
  public:
   void open(const std::string& directory, double max_imu_gap_s) {
     findRoot(directory);
     readImu(max_imu_gap_s);
-    speeds_ = readSpeeds(file("speed0/data.csv"), t0_ns_);
+    speeds_ = readSpeeds(file("speed0/data.csv"), t0_ns_, &notes_);
     readImages();
-    readFolderTruth();
+    const std::string truth = file("state_groundtruth_estimate0/data.csv");
+    if (std::error_code code; fs::exists(truth, code)) {
+      has_velocity_and_bias_ = readTruth(truth, t0_ns_, &truth_, &notes_);
+    }
     SequenceCalibration calibration;
     calibration_problem_ =
         readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
@@ -65,19 +66,16 @@ class AslFolder : public ImageSequence {
   }
 
   void readImu(double max_imu_gap_s) {
-    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(RowOrder::kSort));
+    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(), &notes_);
     t0_ns_ = table.rows.front().stamp_ns;
     imu_ = imuSamples(table, t0_ns_);
     imu_disorder_ = table.disorder;
-    note(disorderNote(table.path, "IMU samples", table.disorder));
-    note(imuGapNote(table.path, imu_, max_imu_gap_s, &table));
+    noteImuGaps(table.path, imu_, max_imu_gap_s, &table, &notes_);
   }
 
   void readImages() {
-    const CsvTable table =
-        readTable(file("cam0/data.csv"), {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1});
+    const CsvTable table = readTable(file("cam0/data.csv"), imageFormat(1), &notes_);
     image_disorder_ = table.disorder;
-    note(disorderNote(table.path, "images", table.disorder));
     const fs::path folder = fs::path(root_) / "cam0" / "data";
     std::string first_missing;
     std::error_code code;
@@ -92,19 +90,13 @@ class AslFolder : public ImageSequence {
       image_files_.push_back(path.string());
     }
     if (image_disorder_.unreadable > 0) {
-      note(text(image_disorder_.unreadable, " of ", table.rows.size(), " images of ", table.path,
-                " have no file, the first is ", first_missing));
+      notes_.push_back(text(image_disorder_.unreadable, " of ", table.rows.size(), " images of ",
+                            table.path, " have no file, the first is ", first_missing));
     }
     if (images() < kMinImages) {
       fail(table.path, " names ", images(), " images that exist (minimum ", kMinImages, ')',
            first_missing.empty() ? "" : "; " + first_missing + " does not exist");
     }
-  }
-
-  void readFolderTruth() {
-    const std::string path = file("state_groundtruth_estimate0/data.csv");
-    std::error_code code;
-    if (fs::exists(path, code)) readTruth(path);
   }
 
   std::string root_;  ///< the folder that holds cam0 and imu0

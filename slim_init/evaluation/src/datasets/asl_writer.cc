@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "datasets/csv_file.h"
 #include "datasets/sensor_yaml.h"
-#include "datasets/truth_csv.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/write_file.h"
 
@@ -32,50 +32,37 @@ class AslWriter : public SequenceWriter {
     if (!fs::is_empty(image_folder_, code) || code) {
       return image_folder_.string() + " holds files already, must be empty";
     }
-    std::string problem =
-        writeFile((root / "cam0" / "sensor.yaml").string(), cameraSensorYaml(rig));
-    if (problem.empty())
-      problem = writeFile((root / "imu0" / "sensor.yaml").string(), imuSensorYaml(rig));
-    if (problem.empty()) {
-      problem = images_.open((root / "cam0" / "data.csv").string(), "#timestamp [ns],filename");
-    }
-    if (problem.empty()) {
-      problem =
-          imu_.open((root / "imu0" / "data.csv").string(),
-                    "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],"
-                    "a_y [m s^-2],a_z [m s^-2]");
-    }
-    if (problem.empty()) {
-      problem = truth_.open((root / "state_groundtruth_estimate0" / "data.csv").string());
-    }
-    return problem;
+    const auto file = [&](const char* name) { return (root / name).string(); };
+    return firstOf(
+        {writeFile(file("cam0/sensor.yaml"), cameraSensorYaml(rig)),
+         writeFile(file("imu0/sensor.yaml"), imuSensorYaml(rig)),
+         images_.open(file("cam0/data.csv"), "#timestamp [ns],filename"),
+         imu_.open(file("imu0/data.csv"),
+                   "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],"
+                   "a_y [m s^-2],a_z [m s^-2]"),
+         openTruth(file("state_groundtruth_estimate0/data.csv"), &truth_)});
   }
 
   std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
-    const Eigen::Vector3d& w = sample.gyro;
-    const Eigen::Vector3d& a = sample.accel;
-    return imu_.add(stamp_ns, {w.x(), w.y(), w.z(), a.x(), a.y(), a.z()});
+    Eigen::Matrix<double, 6, 1> row;
+    row << sample.gyro, sample.accel;
+    return imu_.add(stamp_ns, row);
   }
 
   std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
+    std::string problem;
     if (!has_speeds_) {
       std::error_code code;
       fs::create_directories(speed_folder_, code);
-      if (std::string problem = speeds_.open((speed_folder_ / "data.csv").string(),
-                                             "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
-          !problem.empty()) {
-        return problem;
-      }
+      problem = speeds_.open((speed_folder_ / "data.csv").string(),
+                             "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
       has_speeds_ = true;
     }
-    return speeds_.add(stamp_ns, {sample.velocity.x(), std::sqrt(sample.covariance(0, 0))});
+    const Eigen::Vector2d row(sample.velocity.x(), std::sqrt(sample.covariance(0, 0)));
+    return problem.empty() ? speeds_.add(stamp_ns, row) : problem;
   }
 
   std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
-    if (image.empty() || image.type() != CV_8UC1) {
-      return image_folder_.string() + ": image at " + std::to_string(stamp_ns) +
-             " ns is not CV_8UC1";
-    }
     const std::string name = std::to_string(stamp_ns) + ".png";
     if (std::string problem = images_.addText(stamp_ns, name); !problem.empty()) return problem;
     const std::string path = (image_folder_ / name).string();
@@ -87,25 +74,30 @@ class AslWriter : public SequenceWriter {
   }
 
   std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
-    return truth_.add(stamp_ns, state);
+    return writeTruth(stamp_ns, state, &truth_);
   }
 
   std::string finish() override {
-    std::string problem = images_.finish();
-    if (problem.empty()) problem = imu_.finish();
-    if (problem.empty()) problem = truth_.finish();
-    if (problem.empty() && has_speeds_) problem = speeds_.finish();
-    return problem;
+    return firstOf({images_.finish(), imu_.finish(), truth_.finish(),
+                    has_speeds_ ? speeds_.finish() : std::string()});
   }
 
  private:
+  /// The first problem of several, or none.
+  static std::string firstOf(const std::vector<std::string>& problems) {
+    for (const std::string& problem : problems) {
+      if (!problem.empty()) return problem;
+    }
+    return "";
+  }
+
   fs::path image_folder_;
   CsvFile images_;
   CsvFile imu_;
   fs::path speed_folder_;
   CsvFile speeds_;  // made with the first one
   bool has_speeds_ = false;
-  TruthCsv truth_;
+  CsvFile truth_;
 };
 
 }  // namespace

@@ -4,39 +4,30 @@
 #include <cstdint>
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
 
-/// A table of stamps and numbers; what is written is read back bit for bit.
+/// A table of stamps and numbers; what is written is read back bit for bit. Every call returns an
+/// empty string or a sentence.
 class CsvFile {
  public:
-  /// Replaces the file. Like the other calls, returns an empty string or a sentence.
+  /// Replaces the file.
   std::string open(const std::string& path, const std::string& header);
-  /// Stamps must increase, values be finite.
-  std::string add(std::int64_t stamp_ns, const std::vector<double>& values);
+  std::string add(std::int64_t stamp_ns, const Eigen::Ref<const Eigen::VectorXd>& values);
   std::string addText(std::int64_t stamp_ns, const std::string& text);
   std::string finish();
 
  private:
-  std::string checkStamp(std::int64_t stamp_ns);
+  std::string problem() const { return file_.good() ? "" : path_ + " cannot be written"; }
 
   std::string path_;
   std::ofstream file_;
-  std::int64_t last_ns_ = -1;
 };
 
 /// Ground truth in 17 columns, as in an ASL folder.
-class TruthCsv {
- public:
-  std::string open(const std::string& path);
-  std::string add(std::int64_t stamp_ns, const NavState& state);
-  std::string finish() { return file_.finish(); }
-
- private:
-  CsvFile file_;
-};
+std::string openTruth(const std::string& path, CsvFile* file);
+std::string writeTruth(std::int64_t stamp_ns, const NavState& state, CsvFile* file);
 
 }  // namespace slim_init::evaluation

@@ -9,21 +9,17 @@
 #include <fstream>
 #include <sstream>
 
+#include "slim_init/evaluation/truth.h"
+
 namespace slim_init::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr double kMaxQuaternionNormError = 1e-2;
-
-const std::array<const char*, 7> kImuColumns = {"timestamp", "w_x", "w_y", "w_z",
-                                                "a_x",       "a_y", "a_z"};
-const std::array<const char*, 17> kTruthColumns = {
-    "timestamp", "p_x", "p_y",  "p_z",  "q_w",  "q_x",  "q_y",  "q_z", "v_x",
-    "v_y",       "v_z", "bw_x", "bw_y", "bw_z", "ba_x", "ba_y", "ba_z"};
-const std::array<const char*, 7> kSpeedColumns = {"timestamp", "v_x", "sigma_x", "v_y",
-                                                  "sigma_y",   "v_z", "sigma_z"};
+constexpr std::size_t kPoseColumns = 8;  // of a ground truth without velocities and biases
 constexpr std::size_t kForwardColumns = 3;
+constexpr int kMinTruthRows = 4;  // a cubic through the neighbours
 
 std::string readText(const std::string& path) {
   std::error_code code;
@@ -50,21 +46,14 @@ class TableParser {
     std::istringstream lines(text);
     if (text.compare(0, 3, "\xEF\xBB\xBF") == 0)
       lines.ignore(3);  // byte order mark of some editors
-    int empty_line = 0;
     for (std::string line; std::getline(lines, line);) {
       ++line_;
       line = trimmed(line);
-      if (line.empty()) {
-        if (empty_line == 0) empty_line = line_;
-      } else if (line[0] != '#') {
-        if (empty_line != 0) {
-          fail(table_.path, " line ", empty_line, " is empty, data go on after");
-        }
-        parseRow(line);
-      }
+      if (!line.empty() && line[0] != '#') parseRow(line);
     }
+    const int not_finite = table_.disorder.unreadable;
     table_.disorder = sortByStamp(&table_.rows);
-    table_.disorder.unreadable = not_finite_;
+    table_.disorder.unreadable = not_finite;
     if (static_cast<int>(table_.rows.size()) < format_.min_rows) {
       fail(table_.path, " has ", table_.rows.size(), " rows of data (minimum ", format_.min_rows,
            ')');
@@ -104,30 +93,21 @@ class TableParser {
     checkColumnCount(line, fields.size());
     CsvRow row;
     row.line = line_;
+    row.stamp_ns = parseStamp(fields[0]);
     bool finite = true;
-    for (std::size_t column = 0; column < fields.size(); ++column) {
-      if (column == 0) {
-        row.stamp_ns = parseStamp(fields[0]);
-      } else if (format_.last_is_text && column + 1 == format_.allowed.back()) {
+    for (std::size_t column = 1; column < fields.size(); ++column) {
+      if (format_.last_is_text && column + 1 == format_.names.size()) {
         row.text = fields[column];
       } else {
         row.values[column - 1] = parseNumber(fields[column], column);
         finite = finite && std::isfinite(row.values[column - 1]);
       }
     }
-    if (!finite) {
-      ++not_finite_;
-      return;
+    if (finite) {
+      table_.rows.push_back(std::move(row));
+    } else {
+      ++table_.disorder.unreadable;
     }
-    if (format_.order == RowOrder::kReject && !table_.rows.empty() &&
-        row.stamp_ns <= table_.rows.back().stamp_ns) {
-      const CsvRow& before = table_.rows.back();
-      fail(place(), ": time ", row.stamp_ns, " ns ",
-           row.stamp_ns == before.stamp_ns ? "repeats that"
-                                           : text("is before the ", before.stamp_ns, " ns"),
-           " of line ", before.line, ", times must increase");
-    }
-    table_.rows.push_back(std::move(row));
   }
 
   std::int64_t parseStamp(const std::string& field) const {
@@ -146,30 +126,30 @@ class TableParser {
     if (field.empty() || stopped != field.c_str() + field.size()) {
       refuse(column, field, " is not a number");
     }
-    if (format_.order == RowOrder::kReject && !std::isfinite(value)) {
-      refuse(column, field, " is not finite");
-    }
     return value;
   }
 
   const CsvFormat& format_;
   CsvTable table_;
   int line_ = 0;
-  int not_finite_ = 0;
 };
 
 }  // namespace
 
-CsvTable readTable(const std::string& path, const CsvFormat& format) {
-  return TableParser(path, format).parse();
+CsvTable readTable(const std::string& path, const CsvFormat& format,
+                   std::vector<std::string>* notes) {
+  CsvTable table = TableParser(path, format).parse();
+  noteDisorder(path, format.things, table.disorder, notes);
+  return table;
 }
 
-CsvFormat imuFormat(RowOrder order) {
-  return {kImuColumns.data(), {kImuColumns.size()}, false, order, kMinImuSamples};
+CsvFormat imuFormat() {
+  return {
+      "IMU samples", {"timestamp", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"}, {7}, kMinImuSamples};
 }
 
-CsvFormat truthFormat(RowOrder order, int min_rows) {
-  return {kTruthColumns.data(), {kPoseColumns, kTruthColumns.size()}, false, order, min_rows};
+CsvFormat imageFormat(int min_rows) {
+  return {"images", {"timestamp", "filename"}, {1, 2}, min_rows, /*last_is_text=*/true};
 }
 
 std::string quoted(const std::string& text) {
@@ -204,16 +184,18 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
   return samples;
 }
 
-std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns) {
+std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns,
+                                    std::vector<std::string>* notes) {
   std::vector<SpeedSample> speeds;
   if (std::error_code no_file; !fs::exists(path, no_file)) return speeds;
-  const CsvFormat format = {
-      kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, RowOrder::kReject, 1};
-  const CsvTable table = readTable(path, format);
+  const CsvFormat format = {"velocities",
+                            {"timestamp", "v_x", "sigma_x", "v_y", "sigma_y", "v_z", "sigma_z"},
+                            {kForwardColumns, 7}};
+  const CsvTable table = readTable(path, format, notes);
   for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, t0_ns);
     SpeedSample sample = SpeedSample::forward(t, row.values[0], row.values[1]);
-    if (table.columns == kSpeedColumns.size()) {
+    if (table.columns > kForwardColumns) {
       sample.forward_only = false;
       for (int axis = 0; axis < 3; ++axis) {
         const double sigma = row.values[2 * axis + 1];
@@ -226,9 +208,16 @@ std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns)
   return speeds;
 }
 
+CsvFormat truthFormat(int min_rows) {
+  return {"rows",
+          {"timestamp", "p_x", "p_y", "p_z", "q_w", "q_x", "q_y", "q_z", "v_x", "v_y", "v_z",
+           "bw_x", "bw_y", "bw_z", "ba_x", "ba_y", "ba_z"},
+          {kPoseColumns, kMaxTableColumns},
+          min_rows};
+}
+
 std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns) {
   std::vector<NavState> states;
-  states.reserve(table.rows.size());
   for (const CsvRow& row : table.rows) {
     NavState state;
     state.t = relativeSeconds(row.stamp_ns, t0_ns);
@@ -239,42 +228,47 @@ std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns) {
            q.norm(), ", must be within ", kMaxQuaternionNormError, " of 1");
     }
     state.R_w_b = q.normalized().toRotationMatrix();
-    if (table.columns > kPoseColumns) {
-      state.v_w_b = vectorAt(row, 7);
-      state.gyro_bias = vectorAt(row, 10);
-      state.accel_bias = vectorAt(row, 13);
-    } else {
-      state.v_w_b.setConstant(kNotComputed);
-      state.gyro_bias.setConstant(kNotComputed);
-      state.accel_bias.setConstant(kNotComputed);
-    }
+    const bool known = table.columns > kPoseColumns;
+    const Eigen::Vector3d unknown = Eigen::Vector3d::Constant(kNotComputed);
+    state.v_w_b = known ? vectorAt(row, 7) : unknown;
+    state.gyro_bias = known ? vectorAt(row, 10) : unknown;
+    state.accel_bias = known ? vectorAt(row, 13) : unknown;
     states.push_back(state);
   }
   return states;
 }
 
-std::string imuGapNote(const std::string& source, const std::vector<ImuSample>& imu,
-                       double max_gap_s, const CsvTable* table) {
-  int gaps = 0;
-  double largest = 0.0;
-  std::string longest;
-  for (std::size_t i = 1; i < imu.size(); ++i) {
-    const double step = imu[i].t - imu[i - 1].t;
-    if (step > max_gap_s) ++gaps;
-    if (step > largest) {
-      largest = step;
-      longest =
-          text(step, " s ", table == nullptr ? "" : text("before line ", table->rows[i].line, ", "),
-               imu[i - 1].t, " s after the first sample");
-    }
-  }
-  if (gaps == 0) return "";
-  return text(source, " has ", gaps, " IMU gap", gaps > 1 ? "s" : "", " longer than ", max_gap_s,
-              " s, the longest ", longest, "; no window reaches across a gap");
+bool readTruth(const std::string& path, std::int64_t t0_ns, std::vector<NavState>* truth,
+               std::vector<std::string>* notes) {
+  const CsvTable table = readTable(path, truthFormat(kMinTruthRows), notes);
+  *truth = truthStates(table, t0_ns);
+  if (table.columns > kPoseColumns) return true;
+  deriveVelocities(truth);
+  notes->push_back(path +
+                   ": ground truth has no velocities; used are medians of the steps between "
+                   "the positions");
+  return false;
 }
 
-std::string disorderNote(const std::string& source, const std::string& things,
-                         const Disorder& disorder) {
+void noteImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
+                 const CsvTable* table, std::vector<std::string>* notes) {
+  int gaps = 0;
+  std::size_t longest = 1;
+  const auto step = [&imu](std::size_t i) { return imu[i].t - imu[i - 1].t; };
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    if (step(i) > max_gap_s) ++gaps;
+    if (step(i) > step(longest)) longest = i;
+  }
+  if (gaps == 0) return;
+  notes->push_back(
+      text(source, " has ", gaps, " IMU gap", gaps > 1 ? "s" : "", " longer than ", max_gap_s,
+           " s, the longest ", step(longest), " s ",
+           table == nullptr ? "" : text("before line ", table->rows[longest].line, ", "),
+           imu[longest - 1].t, " s after the first sample; no window reaches across a gap"));
+}
+
+void noteDisorder(const std::string& source, const std::string& things, const Disorder& disorder,
+                  std::vector<std::string>* notes) {
   std::string note;
   const auto add = [&](int count, const char* what) {
     if (count > 0) note += text(note.empty() ? "" : ", ", count, ' ', things, what);
@@ -282,7 +276,7 @@ std::string disorderNote(const std::string& source, const std::string& things,
   add(disorder.repeated, " with the stamp of another one were discarded");
   add(disorder.out_of_order, " out of order were sorted in");
   add(disorder.unreadable, " that cannot be read or are not finite were discarded");
-  return note.empty() ? "" : source + ": " + note;
+  if (!note.empty()) notes->push_back(source + ": " + note);
 }
 
 std::string lastComponent(const std::string& path_text) {

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "slim_init/evaluation/recorded.h"
@@ -38,8 +37,6 @@ ReadStatus statusOf(const Read& read) {
 }
 
 inline constexpr std::size_t kMaxTableColumns = 17;
-/// Of a ground truth without velocities and biases.
-inline constexpr std::size_t kPoseColumns = 8;
 
 /// One parsed row: stamp, then the other columns.
 struct CsvRow {
@@ -52,44 +49,53 @@ struct CsvRow {
 struct CsvTable {
   std::string path;
   std::size_t columns = 0;
-  std::vector<CsvRow> rows;  ///< ascending in time
-  Disorder disorder;         ///< with RowOrder::kSort
-};
-
-/// What to do with a row whose stamp is not after the one before.
-enum class RowOrder {
-  kReject,  ///< an error, as a value that is not finite
-  kSort,    ///< sorted; repeated stamps and rows that are not finite are dropped; all are counted
+  std::vector<CsvRow> rows;  ///< ascending in time, all values finite
+  Disorder disorder;         ///< what was done for that
 };
 
 struct CsvFormat {
-  const char* const* names = nullptr;  ///< of the columns in order
-  std::vector<std::size_t> allowed;    ///< column counts; all rows have as many as the first
-  bool last_is_text = false;           ///< the last of the largest allowed count is no number
-  RowOrder order = RowOrder::kReject;
+  const char* things = "";           ///< the rows, in a sentence
+  std::vector<const char*> names;    ///< of the columns in order
+  std::vector<std::size_t> allowed;  ///< column counts; all rows have as many as the first
   int min_rows = 1;
+  bool last_is_text = false;  ///< the last of all names is no number
 };
-
-/// Reads a table. Lines that begin with # are comments; both line ends, a byte order mark and blank
-/// lines at the end are accepted. The message of an error names file, line, column and value.
-CsvTable readTable(const std::string& path, const CsvFormat& format);
 
 /// What a recording needs to be usable: two samples make the shortest interval, two images the
 /// smallest window.
 inline constexpr int kMinImuSamples = 2;
 inline constexpr std::size_t kMinImages = 2;
-/// A cubic through the neighbours needs four rows of ground truth.
-inline constexpr int kMinTruthRows = 4;
 
 /// `stamp_ns` and inertial columns of imu0.csv and imu0/data.csv.
-CsvFormat imuFormat(RowOrder order);
+CsvFormat imuFormat();
+/// Stamps of images, with or without their file.
+CsvFormat imageFormat(int min_rows);
+
+/// Reads a table. Lines that begin with # are comments; both line ends, a byte order mark and blank
+/// lines are accepted. The message of an error names file, line, column and value. Rows
+/// out of order are sorted in; those of a repeated stamp and those with a value that is not finite
+/// are dropped; a note says how many.
+CsvTable readTable(const std::string& path, const CsvFormat& format,
+                   std::vector<std::string>* notes);
+
+/// Rows of an imuFormat() table.
+std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
+
 /// Pose, or pose with velocity and biases.
-CsvFormat truthFormat(RowOrder order, int min_rows = kMinTruthRows);
+CsvFormat truthFormat(int min_rows);
+/// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
+/// quaternion whose norm is off 1 by more than 0.01 is an error.
+std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns);
+/// Reads a ground truth. Returns whether it has velocities and biases; else v_w_b is that of
+/// deriveVelocities().
+bool readTruth(const std::string& path, std::int64_t t0_ns, std::vector<NavState>* truth,
+               std::vector<std::string>* notes);
 
 /// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
 /// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.
-/// Stamps must increase. Without the file there are none.
-std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns);
+/// Without the file there are none.
+std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns,
+                                    std::vector<std::string>* notes);
 
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
 /// printable only.
@@ -98,21 +104,14 @@ std::string quoted(const std::string& text);
 /// Seconds from t0_ns. The difference is taken in integers: a double holds 1.4e18 ns only to 256.
 double relativeSeconds(std::int64_t stamp_ns, std::int64_t t0_ns);
 
-/// Rows of an imuFormat() table.
-std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
+/// Notes steps between samples that are longer than a bound. `table` names the lines of `imu`; may
+/// be null.
+void noteImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
+                 const CsvTable* table, std::vector<std::string>* notes);
 
-/// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
-/// quaternion whose norm is off 1 by more than 0.01 is an error.
-std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns);
-
-/// A sentence on steps between samples longer than a bound; empty without. `table` names the lines
-/// of `imu`; may be null.
-std::string imuGapNote(const std::string& source, const std::vector<ImuSample>& imu,
-                       double max_gap_s, const CsvTable* table);
-
-/// "FILE: 2 IMU samples with the stamp of another one were discarded, ..." or an empty string.
-std::string disorderNote(const std::string& source, const std::string& things,
-                         const Disorder& disorder);
+/// Notes "FILE: 2 IMU samples with the stamp of another one were discarded, ...", or nothing.
+void noteDisorder(const std::string& source, const std::string& things, const Disorder& disorder,
+                  std::vector<std::string>* notes);
 
 /// The last component of a path that says something: "a/b/" is b.
 std::string lastComponent(const std::string& path);
@@ -130,10 +129,8 @@ Disorder sortByStamp(std::vector<T>* items) {
     *place = item.stamp_ns;
   }
   disorder.out_of_order = static_cast<int>(items->size() - last.size());
-  if (disorder.out_of_order > 0) {
-    std::stable_sort(items->begin(), items->end(),
-                     [](const T& a, const T& b) { return a.stamp_ns < b.stamp_ns; });
-  }
+  std::stable_sort(items->begin(), items->end(),
+                   [](const T& a, const T& b) { return a.stamp_ns < b.stamp_ns; });
   const auto kept = std::unique(items->begin(), items->end(),
                                 [](const T& a, const T& b) { return a.stamp_ns == b.stamp_ns; });
   disorder.repeated = static_cast<int>(items->end() - kept);

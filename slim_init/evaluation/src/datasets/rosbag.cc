@@ -20,8 +20,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "datasets/csv_file.h"
 #include "datasets/csv_table.h"
-#include "datasets/truth_csv.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/feature_tracker_lines/image_message.h"
@@ -115,21 +115,6 @@ std::int64_t readTwist(const rosbag::MessageInstance& message, SpeedSample* samp
   return stampNs(header.stamp);
 }
 
-/// Goes on to the length of the pixels.
-void skipToPixels(sensor_msgs::Image* message, ros::serialization::IStream* in) {
-  in->next(message->header);
-  in->next(message->height);
-  in->next(message->width);
-  in->next(message->encoding);
-  in->next(message->is_bigendian);
-  in->next(message->step);
-}
-
-void skipToPixels(sensor_msgs::CompressedImage* message, ros::serialization::IStream* in) {
-  in->next(message->header);
-  in->next(message->format);
-}
-
 /// Grey image of a message, or a sentence about it.
 template <typename Message>
 std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey) {
@@ -137,7 +122,17 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
   std::vector<std::uint8_t> bytes = bytesOf(instance);
   ros::serialization::IStream in = streamOf(&bytes);
   Message message;
-  skipToPixels(&message, &in);
+  constexpr bool kCompressed = std::is_same_v<Message, sensor_msgs::CompressedImage>;
+  in.next(message.header);
+  if constexpr (kCompressed) {
+    in.next(message.format);
+  } else {
+    in.next(message.height);
+    in.next(message.width);
+    in.next(message.encoding);
+    in.next(message.is_bigendian);
+    in.next(message.step);
+  }
   // The message code reserves what the length says, up to 4 GB, before it looks what is there.
   ros::serialization::IStream pixels = in;
   std::uint32_t length = 0;
@@ -147,10 +142,10 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
                 " are left of its message");
   }
   in.next(message.data);
-  if constexpr (std::is_same_v<Message, sensor_msgs::Image>) {
-    return feature_tracker_lines::decodeImage(message, grey);
-  } else {
+  if constexpr (kCompressed) {
     return feature_tracker_lines::decodeCompressedImage(message, grey);
+  } else {
+    return feature_tracker_lines::decodeImage(message, grey);
   }
 }
 
@@ -208,7 +203,7 @@ class BagFile : public ImageSequence {
           fail(file_, ": ", key, " ", wanted, " carries ", quoted(type), ", must be ",
                types.front(), types.size() > 1 ? " or " + types[1] : "");
         }
-        if (!suffix.empty()) note(file_ + ": " + wanted + " is there as " + name);
+        if (!suffix.empty()) notes_.push_back(file_ + ": " + wanted + " is there as " + name);
         return name;
       }
     }
@@ -236,7 +231,7 @@ class BagFile : public ImageSequence {
       return withoutSlash(topic.first) == withoutSlash(topics.speed);
     });
     if (!topics.speed.empty() && !has_speeds) {
-      note(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
+      notes_.push_back(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
     }
     std::string speed_topic;
     if (has_speeds) {
@@ -245,7 +240,8 @@ class BagFile : public ImageSequence {
     readImu(imu_topic, max_imu_gap_s);
     if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
     readImageStamps(image_topic);
-    if (!groundtruth_file.empty()) readTruth(groundtruth_file);
+    if (groundtruth_file.empty()) return;
+    has_velocity_and_bias_ = readTruth(groundtruth_file, t0_ns_, &truth_, &notes_);
   }
 
   template <typename Value>
@@ -274,7 +270,7 @@ class BagFile : public ImageSequence {
     }
     *disorder = sortByStamp(&values);
     disorder->unreadable = unreadable;
-    note(disorderNote(file_ + " " + topic, what, *disorder));
+    noteDisorder(file_ + " " + topic, what, *disorder, &notes_);
     return values;
   }
 
@@ -305,7 +301,7 @@ class BagFile : public ImageSequence {
       sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
       imu_.push_back(sample.value);
     }
-    note(imuGapNote(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr));
+    noteImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr, &notes_);
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
@@ -356,15 +352,11 @@ class BagWriter : public SequenceWriter {
     }
     const std::string problem =
         guarded([&] { bag_.open(file, static_cast<std::uint32_t>(rosbag::bagmode::Write)); });
-    return problem.empty() ? truth_.open(groundtruthFileOf(file)) : problem;
+    return problem.empty() ? openTruth(groundtruthFileOf(file), &truth_) : problem;
   }
 
   std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
     sensor_msgs::Imu message;
-    if (std::string problem = fillHeader(stamp_ns, "imu0", &imu_, &message.header);
-        !problem.empty()) {
-      return problem;
-    }
     const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
       to->x = from.x();
       to->y = from.y();
@@ -373,39 +365,29 @@ class BagWriter : public SequenceWriter {
     fill(sample.gyro, &message.angular_velocity);
     fill(sample.accel, &message.linear_acceleration);
     message.orientation_covariance[0] = -1.0;  // no orientation, by the message's own definition
-    return guarded([&] { bag_.write(topics_.imu, message.header.stamp, message); });
+    return write(topics_.imu, "imu0", stamp_ns, &message);
   }
 
   std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
     geometry_msgs::TwistWithCovarianceStamped message;
-    if (std::string problem = fillHeader(stamp_ns, "speed0", &speeds_, &message.header);
-        !problem.empty()) {
-      return problem;
-    }
     message.twist.twist.linear.x = sample.velocity.x();
     message.twist.covariance[0] = sample.covariance(0, 0);
-    const std::string topic = topics_.speed.empty() ? "/speed0" : topics_.speed;
-    return guarded([&] { bag_.write(topic, message.header.stamp, message); });
+    return write(topics_.speed.empty() ? "/speed0" : topics_.speed, "speed0", stamp_ns, &message);
   }
 
   std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
-    if (image.empty() || image.type() != CV_8UC1) return file_ + ": image is not CV_8UC1";
     sensor_msgs::Image message;
-    if (std::string problem = fillHeader(stamp_ns, "cam0", &images_, &message.header);
-        !problem.empty()) {
-      return problem;
-    }
     message.height = static_cast<std::uint32_t>(image.rows);
     message.width = static_cast<std::uint32_t>(image.cols);
     message.encoding = "mono8";
     message.step = message.width;
     const cv::Mat whole = image.isContinuous() ? image : image.clone();
     message.data.assign(whole.datastart, whole.datastart + whole.total());
-    return guarded([&] { bag_.write(topics_.image, message.header.stamp, message); });
+    return write(topics_.image, "cam0", stamp_ns, &message);
   }
 
   std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
-    return truth_.add(stamp_ns, state);
+    return writeTruth(stamp_ns, state, &truth_);
   }
 
   std::string finish() override {
@@ -414,24 +396,14 @@ class BagWriter : public SequenceWriter {
   }
 
  private:
-  struct Stream {
-    std::uint32_t seq = 0;
-    std::int64_t last_ns = -1;
-  };
-
-  std::string fillHeader(std::int64_t stamp_ns, const char* frame, Stream* stream,
-                         std_msgs::Header* header) const {
-    constexpr std::int64_t kNsPerS = 1000000000;
-    if (stamp_ns <= stream->last_ns || stamp_ns < 1 || stamp_ns / kNsPerS > 0xFFFFFFFFLL) {
-      return text(file_, ": stamp ", stamp_ns, " ns of ", frame, " must be after the one before (",
-                  stream->last_ns, " ns), at least 1 ns and less than 2^32 s");
-    }
-    stream->last_ns = stamp_ns;
-    header->seq = stream->seq++;
-    header->frame_id = frame;
-    header->stamp = ros::Time(static_cast<std::uint32_t>(stamp_ns / kNsPerS),
-                              static_cast<std::uint32_t>(stamp_ns % kNsPerS));
-    return "";
+  template <typename Message>
+  std::string write(const std::string& topic, const char* frame, std::int64_t stamp_ns,
+                    Message* message) {
+    return guarded([&] {
+      message->header.frame_id = frame;
+      message->header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+      bag_.write(topic, message->header.stamp, *message);
+    });
   }
 
   template <typename Function>
@@ -447,10 +419,7 @@ class BagWriter : public SequenceWriter {
   std::string file_;
   BagTopics topics_;
   rosbag::Bag bag_;
-  TruthCsv truth_;
-  Stream imu_;
-  Stream speeds_;
-  Stream images_;
+  CsvFile truth_;
 };
 
 }  // namespace

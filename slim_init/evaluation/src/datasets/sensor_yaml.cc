@@ -67,23 +67,17 @@ class SensorFile {
     return storage_.root().isMap() && !storage_.root()[key].empty();
   }
 
-  std::vector<double> numbers(const char* key) const {
-    return numbersOf(required(storage_.root(), key), key);
+  /// Of any count for `count` zero.
+  std::vector<double> numbers(const char* key, std::size_t count) const {
+    return numbersOf(required(storage_.root(), key), key, count);
   }
 
   /// T_BS: sensor to body.
   Eigen::Matrix4d transform() const {
     const cv::FileNode node = required(storage_.root(), "T_BS");
     if (!node.isMap()) fail(path_, ": T_BS must have rows, cols and data");
-    const std::vector<double> data = numbersOf(required(node, "data"), "T_BS.data");
-    if (data.size() != 16) {
-      fail(path_, ": T_BS.data has ", data.size(), " numbers, must have 16 (4 x 4)");
-    }
-    Eigen::Matrix4d T_b_s;
-    for (int r = 0; r < 4; ++r) {
-      for (int c = 0; c < 4; ++c) T_b_s(r, c) = data[4 * r + c];
-    }
-    return T_b_s;
+    const std::vector<double> data = numbersOf(required(node, "data"), "T_BS.data", 16);
+    return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(data.data());
   }
 
   const std::string& path() const { return path_; }
@@ -95,8 +89,12 @@ class SensorFile {
     return node;
   }
 
-  std::vector<double> numbersOf(const cv::FileNode& node, const char* key) const {
+  std::vector<double> numbersOf(const cv::FileNode& node, const char* key,
+                                std::size_t count) const {
     if (!node.isSeq()) fail(path_, ": ", key, " must be a list of numbers");
+    if (count > 0 && node.size() != count) {
+      fail(path_, ": ", key, " has ", node.size(), " numbers, must have ", count);
+    }
     std::vector<double> values;
     for (const cv::FileNode& item : node) {
       if (!item.isInt() && !item.isReal()) fail(path_, ": ", key, " must be a list of numbers");
@@ -112,10 +110,7 @@ class SensorFile {
 
 CameraParameters readCameraModel(const SensorFile& file) {
   CameraParameters camera;
-  const std::vector<double> resolution = file.numbers("resolution");
-  if (resolution.size() != 2) {
-    fail(file.path(), ": resolution has ", resolution.size(), " numbers, must have 2");
-  }
+  const std::vector<double> resolution = file.numbers("resolution", 2);
   for (const double side : resolution) {
     if (!(side >= 1.0 && side <= 100000.0) || side != std::floor(side)) {
       fail(file.path(), ": resolution has ", side, ", must be whole numbers from 1 to 100000");
@@ -125,15 +120,11 @@ CameraParameters readCameraModel(const SensorFile& file) {
   camera.height = static_cast<int>(resolution[1]);
 
   const std::string lens = file.text("camera_model");
-  std::vector<double> intrinsics = file.numbers("intrinsics");
   const bool omni = lens == "omni";
   if (!omni && lens != "pinhole") {
     fail(file.path(), ": camera_model is \"", lens, "\", must be pinhole or omni");
   }
-  if (intrinsics.size() != (omni ? 5u : 4u)) {
-    fail(file.path(), ": intrinsics has ", intrinsics.size(), " numbers, must have ",
-         omni ? "5 (xi, fu, fv, cu, cv)" : "4 (fu, fv, cu, cv)");
-  }
+  std::vector<double> intrinsics = file.numbers("intrinsics", omni ? 5 : 4);  // xi,fu,fv,cu,cv
   if (omni) {
     camera.model = CameraModel::kMei;
     camera.xi = intrinsics.front();
@@ -152,7 +143,7 @@ CameraParameters readCameraModel(const SensorFile& file) {
     fail(file.path(), ": distortion_model is \"", distortion,
          "\", must be radial-tangential or (with camera_model pinhole) equidistant");
   }
-  const std::vector<double> coefficients = file.numbers("distortion_coefficients");
+  const std::vector<double> coefficients = file.numbers("distortion_coefficients", 0);
   // A fifth, k3, is written by some tools; zero is no loss.
   const bool zero_k3 = coefficients.size() == 5 && coefficients[4] == 0.0;
   if (coefficients.size() != 4 && !zero_k3) {

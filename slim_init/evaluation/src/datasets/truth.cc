@@ -26,9 +26,6 @@ constexpr double kOutlierMedians = 5.0;
 constexpr double kVelocityReach = 0.03;
 // As the interpolation of the truth (simulation/trajectory.h).
 constexpr double kMaxStep = 0.3;
-// A step is a jump beyond what this acceleration [m/s^2] makes of it, and this length [m].
-constexpr double kMaxAcceleration = 50.0;
-constexpr double kMinJump = 0.01;
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, double t) {
   const double u = (t - a.t) / (b.t - a.t);
@@ -150,29 +147,9 @@ bool inertialSteps(const std::vector<ImuSample>& imu, double t0, double t1, doub
   }
 }
 
-DerivedVelocities deriveVelocities(std::vector<NavState>* truth) {
-  DerivedVelocities result;
+void deriveVelocities(std::vector<NavState>* truth) {
   const int n = static_cast<int>(truth->size());
   for (int i = 0; i < n; ++i) (*truth)[i].v_w_b = medianStepVelocity(*truth, i);
-  for (int i = 1; i < n; ++i) {
-    Eigen::Vector3d velocity;
-    if (!stepVelocity(*truth, i, &velocity)) continue;
-    const NavState& from = (*truth)[i - 1];
-    const NavState& to = (*truth)[i];
-    const double dt = to.t - from.t;
-    const double jump = (velocity - 0.5 * (from.v_w_b + to.v_w_b)).norm() * dt;
-    if (!(jump > std::max(kMinJump, kMaxAcceleration * dt * dt))) continue;
-    ++result.jumps;
-    result.largest_jump_m = std::max(result.largest_jump_m, jump);
-  }
-  result.note =
-      "ground truth has no velocities; used are medians of the steps between the positions";
-  if (result.jumps > 0) {
-    result.note +=
-        roundedText(2, ", which jump ", result.jumps, " time", result.jumps > 1 ? "s" : "",
-                    ", by up to ", result.largest_jump_m, " m");
-  }
-  return result;
 }
 
 GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth) {

@@ -75,12 +75,6 @@ class ImageSequence {
  protected:
   ImageSequence() = default;
 
-  /// Reads a ground truth table (8 or 17 columns) into truth(), its flag and notes().
-  /// t0Ns() is known by then. Throws what stands in the way, which openAslFolder() catches.
-  void readTruth(const std::string& path);
-  /// Adds to notes(); an empty sentence is none.
-  void note(const std::string& sentence);
-
   std::string name_;
   std::int64_t t0_ns_ = 0;
   std::vector<ImuSample> imu_;

@@ -43,7 +43,8 @@ HeadingAlignment alignHeading(const std::vector<Eigen::Vector3d>& source,
 inline constexpr double kSuccessScaleError = 0.5;
 
 /// Errors of one window. Either all fields are finite (gyro_bias_err_pct excepted, which does not
-/// exist for a zero true bias), or `failure` says why none is.
+/// exist for a zero true bias), or `failure` says why none is. An estimate without states, of a
+/// window that stands still for example, has errors of gravity and gyro bias, if it knows them.
 struct WindowMetrics {
   /// s of ground truth = s R estimate + t; negative where the estimate runs the other way, seen
   /// from the first body (R would hide that on a path that is nearly planar).
@@ -61,21 +62,9 @@ struct WindowMetrics {
   bool success() const { return computed() && scale_error < kSuccessScaleError; }
 };
 
-/// Errors of what a method knows although it found no trajectory, of a window that stands still for
-/// example. NaN where it did not say.
-struct PartialMetrics {
-  double gravity_error_deg = kNotComputed;
-  double gyro_bias_err_pct = kNotComputed;
-  double gyro_bias_vec_err = kNotComputed;  ///< [rad/s]
-};
-
-/// Gravity and gyro bias of an estimate without states; as in WindowMetrics. Nothing for an
-/// estimate with states, nor without ground truth.
-PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth);
-
-/// Compares an estimate with the ground truth at the times of its states; the true gyro bias is the
-/// mean over them. A value that is not finite on either side, or ground truth of another time than
-/// its state, makes the whole window fail.
+/// Compares an estimate with the ground truth at the times of its states, or of the keyframes of a
+/// window without; the true gyro bias is the mean over them. A value that is not finite on either
+/// side, or ground truth of another time than its state, makes the whole window fail.
 WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth);
 
 /// One calibration minus another.
@@ -90,14 +79,11 @@ CalibrationDifference calibrationDifference(const Calibration& calibration,
 
 /// Errors of a calibration that a method has estimated, and its own opinion on them. NaN where it
 /// estimates none, a standard deviation also where it holds the value as exact.
-struct CalibrationErrors {
-  double td_s = kNotComputed;                ///< estimate minus ground truth
-  double td_sigma_s = kNotComputed;          ///< standard deviation stated
-  double rotation_deg = kNotComputed;        ///< angle between estimated and true R_b_c
-  double rotation_sigma_deg = kNotComputed;  ///< CalibrationEstimate::rotationSigmaDeg()
+struct CalibrationErrors : CalibrationDifference {  // estimate minus ground truth
+  double td_sigma_s = kNotComputed;                 ///< standard deviation stated
+  double rotation_sigma_deg = kNotComputed;         ///< CalibrationEstimate::rotationSigmaDeg()
   /// Error of the rotation over its standard deviation, per axis: sqrt(e^T P^-1 e / 3).
   double rotation_over_sigma = kNotComputed;
-  double readout_s = kNotComputed;
   double readout_sigma_s = kNotComputed;
 
   bool computed() const { return td_s == td_s; }

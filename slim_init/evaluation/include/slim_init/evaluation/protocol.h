@@ -62,9 +62,6 @@ struct ProtocolOptions {
   RigErrors rig;
   /// Windows solved at the same time. Estimates and their order do not depend on it; wall times do.
   int threads = 1;
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// What one method said about one window.
@@ -78,7 +75,6 @@ struct MethodRecord {
   /// The result has a state where there is no ground truth, as near to the window as a correction
   /// of td may take it: it cannot be judged.
   bool without_truth = false;
-  PartialMetrics partial;  ///< of a result without an estimate
   double scale_sigma = kNotComputed;
   double noise_px = kNotComputed;     ///< InitResult::TrackNoise::measured_px
   CalibrationErrors calibration;      ///< of a method that estimates it
@@ -126,26 +122,23 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
-  std::string first_refusal;       ///< sentence of the first trial counted as invalid
-  int first_keyframes = 0;         ///< of the anytime protocol; 0 without it
-  bool has_truth = true;           ///< false: no error of any window was computed
-  bool has_downstream = false;     ///< an estimator was run from the accepted estimates
-  bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
-  StreamCounts dropped;  ///< messages and observations rejected on the way, over all windows
+  std::string first_refusal;  ///< sentence of the first trial counted as invalid
+  int first_keyframes = 0;    ///< of the anytime protocol; 0 without it
+  bool has_truth = true;      ///< false: no error of any window was computed
+  StreamCounts dropped;       ///< messages and observations rejected on the way, over all windows
 };
 
-/// Called after every trial with the number done and the number in all, in order and on the thread
-/// of runProtocol().
+/// Called at every trial with the number cut and the number in all, on the thread of runProtocol().
 using ProgressCallback = std::function<void(int done, int total)>;
 
 /// Runs every solver on the windows of a sequence: a trial every `stride` images, each cut once
 /// from a fresh KeyframeWindow and given to every solver in turn, on one thread. A trial whose
 /// data end before its longest window is full does not count, for any method. With several threads
 /// different windows are solved at the same time, so solvers and options.downstream must allow
-/// parallel calls (WindowSolver promises that). Returns an empty string, or a message when options
-/// or sequence cannot be used.
-std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
-                        const ProtocolOptions& options, const ProgressCallback& progress,
-                        ProtocolResult* result);
+/// parallel calls (WindowSolver promises that).
+ProtocolResult runProtocol(const Sequence& sequence,
+                           const std::vector<const WindowSolver*>& solvers,
+                           const ProtocolOptions& options = {},
+                           const ProgressCallback& progress = {});
 
 }  // namespace slim_init::evaluation

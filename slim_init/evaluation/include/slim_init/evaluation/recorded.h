@@ -31,7 +31,7 @@ struct RecordedMotion {
   std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
   std::vector<ImuSample> imu;
   std::vector<SpeedSample> speeds;  ///< of speed0.csv, where there is one
-  std::vector<double> image_times;  ///< those within both the IMU data and the ground truth
+  std::vector<double> image_times;  ///< camera clock
   std::vector<NavState> truth;
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
   bool has_velocity_and_bias = false;
@@ -44,8 +44,8 @@ struct RecordedMotion {
 ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
                               RecordedMotion* motion);
 
-/// Reads poses in 8 or 17 columns as in a groundtruth.csv; times are relative to the first stamp,
-/// which becomes `t0_ns`. On an error both are left as they were.
-ReadStatus readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states);
+/// Reads poses in 8 or 17 columns as in a groundtruth.csv into `truth`; times are relative to the
+/// first stamp, which becomes `t0_ns`.
+ReadStatus readPoses(const std::string& path, RecordedMotion* motion);
 
 }  // namespace slim_init::evaluation

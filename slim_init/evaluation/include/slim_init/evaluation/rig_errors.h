@@ -27,9 +27,6 @@ struct RigErrors {
 
   bool disturbsImu() const;
   bool any() const;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Trial of assumedCalibration() for what does not change from trial to trial.
@@ -48,14 +45,10 @@ Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors
 /// the requested rate is above that of the samples.
 std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu);
 
-/// From now on the sequence is believed to have been recorded with `assumed`: the true calibration
-/// is kept (Sequence::true_calibration).
-void assumeCalibration(const Calibration& assumed, Sequence* sequence);
-
-/// Disturbs a sequence: disturbImu() and assumeCalibration(). Of random errors, which are drawn by
-/// the protocol trial by trial, those of the rows. `frames_assume` is true where the frames were
-/// made with the assumed calibration already, as by a front end that has no better one. Returns an
-/// empty string, or a sentence.
-std::string applyRigErrors(const RigErrors& errors, bool frames_assume, Sequence* sequence);
+/// Disturbs a sequence: its IMU, and from now on it is believed to have been recorded with the
+/// assumedCalibration(); the true one is kept (Sequence::true_calibration). Of random errors, which
+/// are drawn by the protocol trial by trial, those of the rows. Returns an empty string, or a
+/// sentence.
+std::string applyRigErrors(const RigErrors& errors, Sequence* sequence);
 
 }  // namespace slim_init::evaluation

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -38,15 +39,9 @@ struct Sequence {
   std::vector<ImuSample> imu;            ///< ascending in time
   std::vector<SpeedSample> speeds;       ///< of calibration.speed_sensor, ascending in time
   std::vector<FrameObservation> frames;  ///< ascending in time
-  /// Ground truth at the time of frames[i] (frames[i].t + td on the IMU clock, td that of the true
-  /// calibration), one entry per frame; t is NaN where there is none.
-  std::vector<NavState> truth;
   /// Ground truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: there is
-  /// none between the frames.
-  std::function<NavState(double t)> truth_between;
-  /// False: there is no ground truth at all. Windows are solved all the same, and no error is
-  /// computed.
-  bool has_truth = true;
+  /// no ground truth at all; windows are solved all the same, and no error is computed.
+  std::function<NavState(double t)> truth;
   std::optional<TrackingSummary> tracking;  ///< where the features come from images
   std::vector<std::string> notes;  ///< what the reader of a report must know about the data
 
@@ -55,8 +50,9 @@ struct Sequence {
   }
 };
 
-/// True state at time t on the IMU clock [s]: that of the frame there is at that time (to a
-/// nanosecond), else Sequence::truth_between. `t` of the result is NaN without ground truth.
-NavState truthAt(const Sequence& sequence, double t);
+/// Sequence::truth, with a NaN for its time where there is none at all.
+inline NavState truthAt(const Sequence& sequence, double t) {
+  return sequence.truth != nullptr && std::isfinite(t) ? sequence.truth(t) : NavState();
+}
 
 }  // namespace slim_init::evaluation

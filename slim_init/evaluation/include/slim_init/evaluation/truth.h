@@ -38,19 +38,12 @@ struct GyroBiasFit {
 /// integrated rotation with respect to the bias). Both lists ascending in time.
 GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth);
 
-/// What deriveVelocities() met.
-struct DerivedVelocities {
-  int jumps = 0;                ///< steps between two samples that no vehicle makes
-  double largest_jump_m = 0.0;  ///< of these, beyond the motion around it
-  std::string note;             ///< one sentence: what was done, and the jumps
-};
-
 /// Fills v_w_b of every state from the positions: per axis the median of the velocities from sample
 /// to sample within 0.03 s on either side (of the two nearest steps where samples are rarer). A
 /// tracking system that takes up its target again moves it by centimetres from one sample to the
 /// next; a difference quotient makes metres per second of that, the median does not. Steps longer
 /// than 0.3 s take no part; a state without any step keeps NaN. Ascending in time.
-DerivedVelocities deriveVelocities(std::vector<NavState>* truth);
+void deriveVelocities(std::vector<NavState>* truth);
 
 /// Index of the state nearest in time to t [s]; -1 when `states` is empty. Ascending in time.
 int nearestState(const std::vector<NavState>& states, double t);
