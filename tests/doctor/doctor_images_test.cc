@@ -41,8 +41,9 @@ evaluation::WriterRig rig() {
 
 /// The inside of a room, filmed by hand.
 void film(evaluation::SequenceWriter* writer) {
-  Handheld motion;
-  motion.duration_s = 5.0;
+  Handheld handheld;
+  handheld.duration_s = 5.0;
+  const simulation::MadeTrajectory motion = handheld.trajectory();
   const std::vector<ImuSample> imu =
       simulation::simulateImu(motion, simulation::ImuSimulationOptions());
   for (const ImuSample& sample : imu) {
