@@ -41,9 +41,8 @@ evaluation::WriterRig rig() {
 
 /// The inside of a room, filmed by hand.
 void film(evaluation::SequenceWriter* writer) {
-  Handheld handheld;
-  handheld.duration_s = 5.0;
-  const simulation::MadeTrajectory motion = handheld.trajectory();
+  Handheld motion;
+  motion.duration_s = 5.0;
   const std::vector<ImuSample> imu =
       simulation::simulateImu(motion, simulation::ImuSimulationOptions());
   for (const ImuSample& sample : imu) {

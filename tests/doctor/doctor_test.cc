@@ -31,8 +31,7 @@ using Eigen::Vector3d;
 constexpr double kQuiet = 0.2;
 
 /// A recording without fault. `td`: true offset of the image stamps.
-DoctorData recording(const Handheld& handheld, double td = 0.0) {
-  const simulation::MadeTrajectory motion = handheld.trajectory();
+DoctorData recording(const Handheld& motion, double td = 0.0) {
   DoctorData data;
   data.name = "handheld";
   data.calibration.R_b_c = handheldExtrinsic();
@@ -40,7 +39,7 @@ DoctorData recording(const Handheld& handheld, double td = 0.0) {
   data.calibration.td = td;
   data.imu = simulation::simulateImu(motion, simulation::ImuSimulationOptions());
   std::vector<double> times;
-  for (int k = 4; k * 0.05 < handheld.duration_s - 0.2; ++k) times.push_back(k * 0.05);
+  for (int k = 4; k * 0.05 < motion.duration_s - 0.2; ++k) times.push_back(k * 0.05);
   std::vector<Vector3d> path;
   for (const double t : times) path.push_back(motion.at(t).p_w_b);
   const simulation::World world = simulation::makeWorld({}, path);
@@ -236,9 +235,8 @@ TEST_F(Doctor, FindsGravityTakenOffAndMisscaled) {
   // What is left of a flight may well have a norm of one.
   data_ = good();
   std::vector<double> norms;
-  const simulation::MadeTrajectory motion = Handheld().trajectory();
   for (ImuSample& sample : data_.imu) {
-    sample.accel -= motion.at(sample.t).R_w_b.transpose() * Vector3d(0.0, 0.0, 9.81);
+    sample.accel -= Handheld().at(sample.t).R_w_b.transpose() * Vector3d(0.0, 0.0, 9.81);
     norms.push_back(sample.accel.norm());
   }
   for (ImuSample& sample : data_.imu) sample.accel /= median(norms);
@@ -331,7 +329,7 @@ TEST_F(Doctor, FindsAGyroThatIsLeftHandedSilentOrOfAnotherRecording) {
   Handheld other;
   other.turning = Vector3d(0.25, -0.1, 0.2);
   for (ImuSample& sample : data_.imu) {
-    sample.gyro = other.trajectory().at(1.37 * (other.duration_s - sample.t)).omega_b;
+    sample.gyro = other.at(1.37 * (other.duration_s - sample.t)).omega_b;
   }
   EXPECT_EQ(find(examined(data_), "rotation_agreement").severity, Severity::kError);
 }

@@ -7,26 +7,40 @@
 #include <cmath>
 
 #include "geometry/so3.h"
-#include "support/made_trajectory.h"
+#include "slim_init/simulation/trajectory.h"
+#include "slim_init/types.h"
 
 namespace slim_init {
 
-struct Handheld {
+/// Smooth and known exactly; derivatives by central differences.
+class Handheld : public simulation::Trajectory {
+ public:
   double duration_s = 10.0;
   Eigen::Vector3d turning = Eigen::Vector3d(0.15, 0.2, 0.25);  ///< amplitudes about b [rad]
   double moving = 1.0;                                         ///< factor on the path
 
-  simulation::MadeTrajectory trajectory() const {
-    const auto position = [moving = moving](double t) -> Eigen::Vector3d {
-      return moving * Eigen::Vector3d(0.2 * std::sin(1.9 * t), 0.25 * std::sin(2.3 * t + 0.5),
-                                      0.15 * std::sin(2.9 * t + 1.5));
-    };
-    const auto attitude = [turning = turning](double t) {
-      return expSO3(Eigen::Vector3d(turning.x() * std::sin(4.1 * t),
-                                    turning.y() * std::sin(3.3 * t + 1.0),
-                                    turning.z() * std::sin(2.6 * t + 2.0)));
-    };
-    return simulation::posedTrajectory(0.0, duration_s, position, attitude);
+  double begin() const override { return 0.0; }
+  double end() const override { return duration_s; }
+  simulation::Kinematics at(double t) const override {
+    constexpr double kStep = 1e-3;
+    simulation::Kinematics k;
+    k.R_w_b = attitude(t);
+    k.p_w_b = position(t);
+    k.v_w_b = (position(t + kStep) - position(t - kStep)) / (2.0 * kStep);
+    k.a_w_b = (position(t + kStep) - 2.0 * position(t) + position(t - kStep)) / (kStep * kStep);
+    k.omega_b = logSO3(attitude(t - kStep).transpose() * attitude(t + kStep)) / (2.0 * kStep);
+    return k;
+  }
+
+ private:
+  Eigen::Matrix3d attitude(double t) const {
+    return expSO3(Eigen::Vector3d(turning.x() * std::sin(4.1 * t),
+                                  turning.y() * std::sin(3.3 * t + 1.0),
+                                  turning.z() * std::sin(2.6 * t + 2.0)));
+  }
+  Eigen::Vector3d position(double t) const {
+    return moving * Eigen::Vector3d(0.2 * std::sin(1.9 * t), 0.25 * std::sin(2.3 * t + 0.5),
+                                    0.15 * std::sin(2.9 * t + 1.5));
   }
 };
 

@@ -4,7 +4,6 @@
 #include <functional>
 #include <utility>
 
-#include "geometry/so3.h"
 #include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::simulation {
@@ -22,21 +21,5 @@ class MadeTrajectory : public Trajectory {
   double begin_, end_;
   std::function<Kinematics(double)> at_;
 };
-
-/// A motion made of position [m] and attitude; derivatives by central differences.
-template <typename Position, typename Attitude>
-MadeTrajectory posedTrajectory(double begin, double end, const Position& p, const Attitude& R) {
-  return {begin, end, [p, R](double t) {
-            constexpr double h = 1e-3;
-            const Eigen::Vector3d before = p(t - h), now = p(t), after = p(t + h);
-            Kinematics k;
-            k.R_w_b = R(t);
-            k.p_w_b = now;
-            k.v_w_b = (after - before) / (2.0 * h);
-            k.a_w_b = (after - 2.0 * now + before) / (h * h);
-            k.omega_b = logSO3(R(t - h).transpose() * R(t + h)) / (2.0 * h);
-            return k;
-          }};
-}
 
 }  // namespace slim_init::simulation
