@@ -2,6 +2,7 @@
 #include "inertial_bundle_adjustment.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <Eigen/Geometry>
 #include <array>
