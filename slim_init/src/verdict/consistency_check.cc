@@ -18,10 +18,6 @@ constexpr double kMinNewData = 0.09;
 constexpr double kRemembered = 0.6;
 // Instants that both paths have: two displacements, so that not a single one decides.
 constexpr int kMinSharedInstants = 3;
-// Relative standard deviation up to which an answer is one that a later answer can agree with. On
-// recorded growing windows any bound between 0.15 and 0.5 keeps out as many wrong answers; a low
-// one makes right ones wait.
-constexpr double kMaxEarlierSigma = 0.5;
 // Least standard deviation of the difference, as a share of that of the answer: windows of equal
 // length, and sigmas that are only good to a half. Between 0.1 and 1 it makes no difference.
 constexpr double kAgreementFloor = 0.5;
@@ -97,16 +93,13 @@ void ConsistencyCheck::reset() {
 }
 
 void ConsistencyCheck::judge(InitResult* result) {
-  if (!(max_disagreement_ > 0.0)) return;
+  const bool solved_before = std::exchange(solved_before_, true);
+  if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
   const double sigma = result->scale_sigma;
-  if (result->states.size() < 2 || !std::isfinite(sigma) || !(sigma > 0.0)) {
-    solved_before_ = true;
-    return;
-  }
+  if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
   const double newest = result->states.back().t;
   const auto time = [](const Estimate& estimate) { return estimate.states.back().t; };
-  if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
-  const bool solved_before = std::exchange(solved_before_, true);
+  if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) earlier_.clear();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
   while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
@@ -133,7 +126,7 @@ void ConsistencyCheck::judge(InitResult* result) {
   }
   const bool enough = compared > 0 && (!needs_all || compared == earlier_estimates_);
   const double disagreement = enough ? worst : kNotComputed;
-  if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
+  earlier_.push_back({result->states, sigma});
   if (!needs_all && !std::isfinite(disagreement)) return;
   GateValue gate = agreementGate(disagreement, max_disagreement_);
   gate.enforced = std::any_of(result->gates.begin(), result->gates.end(),
