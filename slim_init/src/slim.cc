@@ -8,10 +8,10 @@
 
 #include "data/derived_window.h"
 #include "geometry/dense.h"
-#include "imu/imu_quality.h"
 #include "pipeline/metric_estimate.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "priors/sensor_priors.h"
 #include "shape/ligt.h"
 #include "slim_init/text.h"
 #include "slim_init/window_solver.h"
@@ -318,28 +318,19 @@ class Slim : public WindowSolver {
     WorkBudget* const shared = budget == nullptr ? &own : budget;
     Solve solve(window, request, options_, shared);
     InitResult result = solve.run();
-    const bool fits = result.status != InitStatus::kInconsistentResiduals;
-    if (request.first_state != nullptr ||
-        !areKnown(window.calibration().imu_biases, options_.inertial) ||
-        (fits && !solve.contradictsBiases())) {
+    Calibration calibration = window.calibration();
+    const ImuBiases known = std::exchange(calibration.imu_biases, ImuBiases());
+    if (request.first_state != nullptr || !areKnown(known, options_.inertial) ||
+        (result.status != InitStatus::kInconsistentResiduals && !solve.contradictsBiases())) {
       return result;
     }
     if (!shared->allows("the solve without the biases known from before")) {
       failAtLimit(shared, &result);
       return result;
     }
-    return withoutKnownBiases(window, request, solve.contradictsBiases(), shared);
-  }
-
- private:
-  // As if they were not known. `contradicted`: by the data; else nothing has fitted them.
-  InitResult withoutKnownBiases(const InitWindow& window, const SolveRequest& request,
-                                bool contradicted, WorkBudget* budget) const {
-    Calibration calibration = window.calibration();
-    const ImuBiases known = std::exchange(calibration.imu_biases, ImuBiases());
-    InitResult result =
-        Solve(*withCalibration(window, calibration), request, options_, budget).run();
-    if (contradicted || result.success()) {
+    // As if they were not known: the data contradict them, or nothing has fitted them.
+    result = Solve(*withCalibration(window, calibration), request, options_, shared).run();
+    if (solve.contradictsBiases() || result.success()) {
       result.warnings.push_back(roundedText(
           3, "the prior biases, gyroscope (", known.gyro.transpose(), ") rad/s and accelerometer (",
           known.accel.transpose(), ") m/s^2, contradict the data and are not used"));
@@ -347,6 +338,7 @@ class Slim : public WindowSolver {
     return result;
   }
 
+ private:
   const std::string name_;
   const InitializerOptions options_;
 };

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The prior of a calibration: Gaussian near its mean, and without a say far from it.
+// The priors of calibration and accelerometer bias: Gaussian near their mean, and with less of a
+// say far from it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -99,6 +100,25 @@ TEST(RigPrior, WhatIsExactIsHeldAndSpeaksForNothing) {
   const RigPriorTerm late = rigPriorTerm(prior, rigError(Eigen::Vector3d::Zero(), 1e-3));
   EXPECT_GT(late.H(kTd, kTd), 1e11);
   EXPECT_EQ(late.H(0, 0), rigPriorTerm(prior, RigError()).H(0, 0));
+}
+
+TEST(AccelBiasPrior, IsWiderFarFromItsMeanUnlessTheBiasIsKnown) {
+  const InertialOptions options;
+  const auto term = [&](double bias, const ImuBiases& known = {}) {
+    return accelBiasTerm(known, options, {0.0, bias, 0.0});
+  };
+  EXPECT_EQ(term(0.0).cost, 0.0);
+  EXPECT_EQ(term(0.0).sigma, options.accel_bias_prior);
+  for (const double bias : {0.02, 0.2, 0.8}) {
+    constexpr double kStep = 1e-6;
+    const double slope = (term(bias + kStep).cost - term(bias - kStep).cost) / (2.0 * kStep);
+    EXPECT_NEAR(2.0 * bias / std::pow(term(bias).sigma, 2), slope, 1e-6 * slope) << bias;
+  }
+  EXPECT_GT(term(0.8).sigma, 3.0 * options.accel_bias_prior);
+  ImuBiases known;
+  known.accel_sigma = 0.02;
+  EXPECT_EQ(term(0.8, known).sigma, 0.02);
+  EXPECT_DOUBLE_EQ(term(0.8, known).cost, 1600.0);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "geometry/so3.h"
 #include "pipeline/solver_support.h"
+#include "priors/sensor_priors.h"
 #include "scale/scale_profile.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
@@ -57,7 +58,8 @@ struct Refined {
   MotionPrior motion;
 
   ScaleCost cost() const {
-    return ScaleCost(window, pre, exact.calibration, dataSheetNoise(), motion);
+    return ScaleCost(window, pre, exact.calibration, assumedImuBiases({}, dataSheetNoise()),
+                     motion);
   }
 };
 
@@ -94,7 +96,7 @@ TEST(Provisional, RefinementAndProfileHaveTheSamePrior) {
     ASSERT_TRUE(profile.valid);
     EXPECT_NEAR(profile.log_ratio, 0.0, 0.05) << "seed " << seed;
     const ScaleCost without(refined.window, refined.pre, refined.exact.calibration,
-                            dataSheetNoise());
+                            assumedImuBiases({}, dataSheetNoise()));
     EXPECT_GT(std::abs(profileScale(without).log_ratio), 0.15) << "seed " << seed;
     EXPECT_GT(refined.cost()(0.3), without(0.3));
   }

@@ -75,9 +75,9 @@ LAYERS = [
 ]
 
 # The order inside the core: a module may include those before it. A new one has to be given a place.
-CORE_MODULES = ["geometry", "data", "imu", "lines", "rotation", "shape", "estimation", "scale",
-                "verdict", "pipeline", "session"]
-SIDE_BY_SIDE = {("shape", "rotation")}
+CORE_MODULES = ["geometry", "data", "imu", "lines", "priors", "rotation", "shape", "estimation",
+                "scale", "verdict", "pipeline", "session"]
+SIDE_BY_SIDE = {("priors", "lines"), ("shape", "priors"), ("shape", "rotation")}
 # Public headers of what stands on all modules; one module holds a solver.
 ON_TOP, HOLDS_A_SOLVER = ("initializer.h", "window_solver.h"), "session"
 

@@ -70,7 +70,7 @@ Solution solve(const Problem& p, double accel_bias_prior = InertialOptions().acc
   const Eigen::Map<const Eigen::VectorXd> shape(centred.data(), centred.size());
   const double hold = kLengthWeight * p.information.diagonal().mean();
   UnknownsPrior prior;
-  prior.addAccelBias(accel_bias_prior);
+  prior.addAccelBias(Eigen::Vector3d::Zero(), accel_bias_prior);
   const ScaleCost cost(p.motion, shape, p.information + hold * shape * shape.transpose(), prior,
                        p.exact.calibration.gravity_magnitude);
   Solution out;

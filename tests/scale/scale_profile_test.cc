@@ -13,6 +13,7 @@
 #include "estimation/posterior.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
+#include "priors/sensor_priors.h"
 #include "slim_init/window_solver.h"
 #include "support/ceres_window.h"
 #include "support/data_sheet_options.h"
@@ -64,7 +65,11 @@ struct Minimum {
   double cost = 0.0;
   double sigma_bearing = 0.0;
 
-  ScaleCost scaleCost() const { return ScaleCost(refined, pre, exact.calibration, inertial); }
+  ScaleCost scaleCost() const {
+    ImuBiases prior = assumedImuBiases({}, inertial);
+    prior.accel_sigma = accelBiasTerm({}, inertial, refined.state.accel_bias).sigma;
+    return ScaleCost(refined, pre, exact.calibration, prior);
+  }
 };
 
 Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOptions& inertial) {

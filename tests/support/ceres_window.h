@@ -117,12 +117,13 @@ struct CeresWindow {
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<CeresUnitLength, 1, 3>(new CeresUnitLength), nullptr,
         g.data());
-    const auto addPrior = [this](double sigma, double* bias) {
+    const auto addPrior = [this](double sigma, ceres::LossFunction* loss, double* bias) {
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<CeresPrior, 3, 3>(new CeresPrior{sigma}), nullptr, bias);
+          new ceres::AutoDiffCostFunction<CeresPrior, 3, 3>(new CeresPrior{sigma}), loss, bias);
     };
-    addPrior(inertial.accel_bias_prior, ba.data());
-    addPrior(inertial.gyro_bias_prior, bg.data());
+    // Student's t with two degrees of freedom and three components.
+    addPrior(inertial.accel_bias_prior, new ceres::CauchyLoss(std::sqrt(5.0)), ba.data());
+    addPrior(inertial.gyro_bias_prior, nullptr, bg.data());
   }
 
   /// `rows` residuals of blocks of three parameters, differentiated numerically.

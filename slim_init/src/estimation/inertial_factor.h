@@ -10,8 +10,8 @@
 #include <Eigen/Core>
 
 #include "imu/preintegration.h"
-#include "imu/rig_prior.h"
 #include "imu/window_state.h"
+#include "priors/sensor_priors.h"
 #include "slim_init/types.h"
 
 namespace slim_init {

@@ -8,6 +8,7 @@
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/robust.h"
 #include "imu/imu_quality.h"
+#include "rotation/keyframe_pairs.h"
 
 namespace slim_init {
 namespace {
@@ -24,9 +25,6 @@ constexpr double kRayleighMedian = 1.17741;
 constexpr double kMaxOfTwoMedian = 1.05;
 // First-order biases are exact enough below this [rad/s].
 constexpr double kRelinearizeGyro = 5e-3;
-// A time offset is first-order exact enough below this [s]: accelerations of 10 rad/s^2 turn the
-// body by 5e-6 rad more than the mean rate says.
-constexpr double kRelinearizeTd = 1e-3;
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {
@@ -146,7 +144,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setNoise(noise.sigma_point, noise.sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||
-      std::abs(td_shift) > kRelinearizeTd) {
+      std::abs(td_shift) > kRelinearizeTolerance) {
     pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, input.inertial,
                                td_shift);
     map.setPreintegrated(td_shift);

@@ -119,7 +119,6 @@ StateCovariance without(const StateCovariance& covariance, StatePart part) {
 }
 
 bool StateTest::contradicts() const {
-  if (freedom == 0) return false;
   if (total > bound()) return true;
   for (int i = 0; i < kStateParts; ++i) {
     if (contradicts(static_cast<StatePart>(i))) return true;
@@ -168,11 +167,6 @@ StateTest testState(const StateVector& r, const StateCovariance& covariance,
   return testWhitened(
       root.cwiseInverse().asDiagonal() * (axes.transpose() * (inverse.cwiseProduct(r))),
       solveSymmetric(covariance, L).transpose(), covariance);
-}
-
-StatePart worstPart(const StateTest& test) {
-  return static_cast<StatePart>(std::max_element(test.part.begin(), test.part.end()) -
-                                test.part.begin());
 }
 
 }  // namespace slim_init

@@ -87,9 +87,6 @@ StateTest testState(const StateVector& r, const StateCovariance& covariance,
 /// covariances has to be positive definite.
 StateTest testDifference(const StateFactor& prior, const StateFactor& estimate);
 
-/// The part without which the data agree best with the rest.
-StatePart worstPart(const StateTest& test);
-
 /// What is known about the motion of a vehicle before any data (docs/derivation.md, 5.2):
 /// independent Gaussians about zero, of each axis. In a window of a few tenths of a second the
 /// images leave the scale to the accelerometer, which has hardly begun to see it; without this the

@@ -8,7 +8,7 @@
 #include "estimation/inertial_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
-#include "imu/imu_quality.h"
+#include "priors/sensor_priors.h"
 
 namespace slim_init {
 namespace {
@@ -51,7 +51,7 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
     : window_(window),
       pre_(pre),
       options_(options),
-      bias_prior_(assumedImuBiases(priors.biases, inertial)),
+      inertial_(inertial),
       layout_(window.size(), true),
       t_b_c_(window.calibration().t_b_c),
       readout_s_(window.calibration().readout_s),
@@ -132,11 +132,13 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
   };
   double cost = 0.0;
   if (!priors_.known) {
-    cost = add(layout_.accelBias(),
-               options_.estimate_accel_bias ? 1.0 / square(bias_prior_.accel_sigma) : kHold,
-               state.accel_bias - bias_prior_.accel);
-    cost += add(layout_.gyroBias(), 1.0 / square(bias_prior_.gyro_sigma),
-                state.gyro_bias - bias_prior_.gyro);
+    const ImuBiases prior = assumedImuBiases(priors_.biases, inertial_);
+    const AccelBiasTerm accel = accelBiasTerm(priors_.biases, inertial_, state.accel_bias);
+    const bool free = options_.estimate_accel_bias;
+    cost = add(layout_.accelBias(), free ? 1.0 / square(accel.sigma) : kHold,
+               state.accel_bias - prior.accel);
+    if (free) cost = accel.cost;
+    cost += add(layout_.gyroBias(), 1.0 / square(prior.gyro_sigma), state.gyro_bias - prior.gyro);
   }
   if (!priors_.motion) return cost;
   const double duration = window_.times().back() - window_.times().front();

@@ -4,7 +4,7 @@
 //
 // Minimises over the keyframe states, both biases and the gravity direction
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
-//   + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
+//   + accelBiasTerm(b_a) + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; and over the errors of extrinsics, td and readout time under
 // their prior (inertial_factor.h), with a prior on the motion (MotionPrior), with measured
 // velocities of the window (speed_factor.h), and with a known state of the first body in place of
@@ -201,7 +201,7 @@ class VisualInertialProblem {
   WorkBudget* budget_ = nullptr;
   const std::vector<Preintegration>& pre_;
   RefinementOptions options_;
-  ImuBiases bias_prior_;
+  InertialOptions inertial_;
   StateLayout layout_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;

@@ -165,24 +165,4 @@ ImuNoise assumedImuNoise(const InitWindow& window, const InertialOptions& option
                          both_given ? ImuQuality() : measureImuQuality(window.imu()), options);
 }
 
-bool areKnown(const ImuBiases& biases, const InertialOptions& options) {
-  return biases.gyro_sigma < options.gyro_bias_prior ||
-         biases.accel_sigma < options.accel_bias_prior;
-}
-
-ImuBiases assumedImuBiases(const ImuBiases& known, const InertialOptions& options) {
-  ImuBiases out;
-  out.gyro_sigma = options.gyro_bias_prior;
-  out.accel_sigma = options.accel_bias_prior;
-  if (known.gyro_sigma < out.gyro_sigma) {
-    out.gyro = known.gyro;
-    out.gyro_sigma = known.gyro_sigma;
-  }
-  if (known.accel_sigma < out.accel_sigma) {
-    out.accel = known.accel;
-    out.accel_sigma = known.accel_sigma;
-  }
-  return out;
-}
-
 }  // namespace slim_init

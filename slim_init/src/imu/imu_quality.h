@@ -43,10 +43,4 @@ ImuNoise assumedImuNoise(const ImuNoise& data_sheet, const ImuQuality& quality,
 /// The same of a window, from all its samples and its calibration.
 ImuNoise assumedImuNoise(const InitWindow& window, const InertialOptions& options);
 
-/// What is known of the biases before the data: `known` where its standard deviations are below
-/// those of `options`, which hold otherwise, about zero.
-ImuBiases assumedImuBiases(const ImuBiases& known, const InertialOptions& options);
-/// Whether one of them is known so.
-bool areKnown(const ImuBiases& biases, const InertialOptions& options);
-
 }  // namespace slim_init

@@ -7,8 +7,8 @@
 
 #include "geometry/dense.h"
 #include "geometry/so3.h"
-#include "imu/imu_quality.h"
 #include "imu/preintegration.h"
+#include "priors/sensor_priors.h"
 #include "scale/linear_motion.h"
 #include "scale/starting_states.h"
 
@@ -21,7 +21,7 @@ constexpr double kLineAgreementSigmas = 6.0;
 
 // About the biases of the estimate: chained over the window, first order is not exact enough.
 // Between the exposures, td as estimated.
-ScaleCost scaleCostOf(const RefinementInput& input, RefinedWindow refined) {
+ScaleCost scaleCostOf(const RefinementInput& input, const RefinedWindow& refined) {
   const InitWindow& window = input.tracks;
   const WindowState& state = refined.state;
   std::vector<Preintegration> pre =
@@ -29,18 +29,9 @@ ScaleCost scaleCostOf(const RefinementInput& input, RefinedWindow refined) {
                          coveredShift(window, state.rig.dtd), PreintegrationParts::kMean);
   // The covariance depends on the biases by a hundredth of itself.
   for (std::size_t k = 0; k < pre.size(); ++k) pre[k].covariance = input.pre[k].covariance;
-  const ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
-  InertialOptions inertial = input.inertial;
-  inertial.gyro_bias_prior = prior.gyro_sigma;
-  inertial.accel_bias_prior = prior.accel_sigma;
-  // It counts the biases from the mean of their prior.
-  for (Preintegration& pair : pre) {
-    pair.gyro_bias -= prior.gyro;
-    pair.accel_bias -= prior.accel;
-  }
-  refined.state.gyro_bias -= prior.gyro;
-  refined.state.accel_bias -= prior.accel;
-  return ScaleCost(refined, pre, window.calibration(), inertial, input.priors.motion);
+  ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
+  prior.accel_sigma = accelBiasTerm(input.priors.biases, input.inertial, state.accel_bias).sigma;
+  return ScaleCost(refined, pre, window.calibration(), prior, input.priors.motion);
 }
 
 // Whether the data contradict the biases known before: the test of a state of which nothing else is
@@ -97,10 +88,11 @@ std::string dropContradicted(const InitWindow& tracks, StateFactor* known, Metri
   if (!out->posterior.valid) return "";
   const StateTest test = testState(rows.r, known->covariance, posterior);
   if (!test.contradicts()) return "";
-  const StatePart part = worstPart(test);
+  // Without it the data agree best with the rest.
+  const auto part = static_cast<StatePart>(std::max_element(test.part.begin(), test.part.end()) -
+                                           test.part.begin());
   const std::string name = toString(part);
-  const std::vector<std::string>& dropped = out->contradicted;
-  if (std::count(dropped.begin(), dropped.end(), name) > 0) return "";
+  if (std::count(out->contradicted.begin(), out->contradicted.end(), name) > 0) return "";
   known->covariance = without(known->covariance, part);
   return name;
 }

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "imu/rig_prior.h"
+#include "priors/sensor_priors.h"
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"

@@ -9,7 +9,6 @@
 
 #include "geometry/robust.h"
 #include "geometry/so3.h"
-#include "imu/imu_quality.h"
 
 namespace slim_init {
 

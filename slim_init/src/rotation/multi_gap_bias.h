@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "geometry/minimize.h"
-#include "imu/rig_prior.h"
 #include "lines/vanishing_point.h"
+#include "priors/sensor_priors.h"
 #include "rotation/keyframe_pairs.h"
 #include "rotation/normalized_epipolar_pair.h"
 #include "slim_init/init_window.h"

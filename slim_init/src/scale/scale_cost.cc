@@ -81,8 +81,10 @@ void UnknownsPrior::add(const Eigen::Matrix<double, 3, 9>& J, const Eigen::Vecto
   constant += r.squaredNorm();
 }
 
-void UnknownsPrior::addAccelBias(double sigma) {
-  H.diagonal().segment<3>(3).array() += 1.0 / (sigma * sigma);
+void UnknownsPrior::addAccelBias(const Eigen::Vector3d& mean, double sigma) {
+  Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
+  J.middleCols<3>(3).diagonal().setConstant(1.0 / sigma);
+  add(J, -mean / sigma);
 }
 
 ScaleCost::ScaleCost(const LinearMotion& motion, const Eigen::VectorXd& shape,
@@ -95,10 +97,10 @@ ScaleCost::ScaleCost(const LinearMotion& motion, const Eigen::VectorXd& shape,
 }
 
 ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-                     const Calibration& calibration, const InertialOptions& inertial,
+                     const Calibration& calibration, const ImuBiases& prior,
                      const std::optional<MotionPrior>& motion)
     : gravity_magnitude_(refined.state.gravity_b0.norm()) {
-  prior_.addAccelBias(inertial.accel_bias_prior);
+  prior_.addAccelBias(prior.accel, prior.accel_sigma);
   const int n = refined.state.size();
   if (n < 3 || refined.visual_information.rows() != 6 * n) return;
   const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
@@ -111,7 +113,7 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
     // The camera is at the end of the lever arm, which turns with the body.
     by_attitudes_.block<3, 3>(3 * (k - 1), 3 * (k - 1)) -= R * skew(t_b_c);
   }
-  valid_ = conditionShape(refined, calibration, body, pre, inertial.gyro_bias_prior);
+  valid_ = conditionShape(refined, calibration, body, pre, prior);
 }
 
 // Positions that the accelerometer predicts for the attitudes of the refined window: derivatives by
@@ -162,7 +164,7 @@ void ScaleCost::predictCentres(const LinearMotion& imu, const WindowState& state
 // the difference of IMU and images.
 bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& calibration,
                                const WindowState& body, const std::vector<Preintegration>& pre,
-                               double gyro_bias_prior) {
+                               const ImuBiases& prior) {
   const int m = body.size() - 1;
   const int rows = 3 * m;
   const int size = 2 * rows + 3;
@@ -186,9 +188,9 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
     }
   }
   for (int i = 0; i < m; ++i) addGyro(body, i, pre[i], &H, &g);
-  const double bias_information = 1.0 / (gyro_bias_prior * gyro_bias_prior);
+  const double bias_information = 1.0 / (prior.gyro_sigma * prior.gyro_sigma);
   H.diagonal().tail<3>().array() += bias_information;
-  g.tail<3>() += bias_information * body.gyro_bias;
+  g.tail<3>() += bias_information * (body.gyro_bias - prior.gyro);
   // The scale is the profile's variable: the shape is held along itself.
   const double length2 = shape_.squaredNorm();
   if (!(length2 > 0.0) || !H.allFinite()) return false;

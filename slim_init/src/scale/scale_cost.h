@@ -29,8 +29,8 @@ struct UnknownsPrior {
   double constant = 0.0;
 
   void add(const Eigen::Matrix<double, 3, 9>& J, const Eigen::Vector3d& r);
-  /// b_a about zero; its standard deviation [m/s^2].
-  void addAccelBias(double sigma);
+  /// b_a about `mean` [m/s^2].
+  void addAccelBias(const Eigen::Vector3d& mean, double sigma);
 };
 
 /// Information that holds a shape along itself, in units of the mean of the diagonal: stiff enough
@@ -49,10 +49,11 @@ class ScaleCost {
   /// Of a refined window. The visual cost does not depend on the scale: it is a quadratic about the
   /// refined shape. `refined` valid; `pre` with derivatives and covariance, the widened noise
   /// included, one per keyframe pair, between the exposures under the estimated td. `calibration`
-  /// of the window; the estimated error of the rig is taken as exact. `motion`: a prior on the
-  /// motion, where the refinement had one. The ratio is that to the scale of the refined window.
+  /// of the window; the estimated error of the rig is taken as exact. `prior` of the biases,
+  /// and `motion` of the motion, as the refinement had them, b_a without a tail. The ratio is that
+  /// to the scale of the refined window.
   ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-            const Calibration& calibration, const InertialOptions& inertial,
+            const Calibration& calibration, const ImuBiases& prior,
             const std::optional<MotionPrior>& motion = std::nullopt);
 
   /// Cost at scale ratio exp(log_ratio), minimised over all else [sigma^2]. Infinite where that is
@@ -69,7 +70,7 @@ class ScaleCost {
                       const std::optional<MotionPrior>& motion);
   bool conditionShape(const RefinedWindow& refined, const Calibration& calibration,
                       const WindowState& body, const std::vector<Preintegration>& pre,
-                      double gyro_bias_prior);
+                      const ImuBiases& prior);
   bool weighted(double ratio, Products* products) const;
 
   bool valid_ = false;

@@ -29,7 +29,7 @@ Eigen::MatrixXd rotated(const Eigen::MatrixXd& H, const Eigen::Matrix3d& R) {
 UnknownsPrior priorOf(const InitWindow& window, const LinearMotion& motion,
                       const InertialOptions& inertial) {
   UnknownsPrior prior;
-  prior.addAccelBias(inertial.accel_bias_prior);
+  prior.addAccelBias(Eigen::Vector3d::Zero(), inertial.accel_bias_prior);
   const std::vector<SpeedFactor> speeds = speedFactors(window, 0.0);
   if (speeds.empty()) return prior;
   const std::vector<ImuInstant> instants =

@@ -9,6 +9,7 @@
 #include "geometry/robust.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
+#include "priors/sensor_priors.h"
 
 namespace slim_init {
 namespace {
