@@ -27,7 +27,7 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 13517, 10500),
+    "core_lines": ("lines of slim_init/src and public headers", 13518, 10500),
     "surrounding_lines": ("lines outside core and tests", 36806, 26000),
     "test_lines": ("lines of tests", 42794, 26000),
     "core_numbers": ("named constants and option fields of the core", 250, 170),
