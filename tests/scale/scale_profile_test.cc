@@ -66,9 +66,7 @@ struct Minimum {
   double sigma_bearing = 0.0;
 
   ScaleCost scaleCost() const {
-    ImuBiases prior = assumedImuBiases({}, inertial);
-    prior.accel_sigma = accelBiasTerm({}, inertial, refined.state.accel_bias).sigma;
-    return ScaleCost(refined, pre, exact.calibration, prior);
+    return ScaleCost(refined, pre, exact.calibration, assumedImuBiases({}, inertial));
   }
 };
 
@@ -86,7 +84,10 @@ Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOpt
   out.refined.information = map.information();
   out.refined.visual_information = map.visualInformation();
   out.refined.visual_gradient = map.visualGradient();
-  out.cost = summary.cost;
+  // The profile has the prior of the accelerometer bias as wide as it is at the minimum.
+  const AccelBiasTerm accel = accelBiasTerm({}, inertial, state.accel_bias);
+  out.inertial.accel_bias_prior = accel.sigma;
+  out.cost = summary.cost - accel.cost + state.accel_bias.squaredNorm() / std::pow(accel.sigma, 2);
   out.sigma_bearing = map.sigmaPoint();
   return out;
 }
@@ -121,7 +122,7 @@ double costWithScaleHeld(const Minimum& at, double log_ratio) {
   WindowState start = state;
   start.p_b0 *= ratio;
   start.v_b0 *= ratio;
-  CeresWindow ceres_window(start, at.pre, calibration.gravity_magnitude, at.inertial);
+  CeresWindow ceres_window(start, at.pre, calibration.gravity_magnitude, at.inertial, true);
   std::vector<double*> poses;
   for (int k = 1; k < state.size(); ++k) {
     poses.push_back(ceres_window.w[k].data());

@@ -97,7 +97,7 @@ struct CeresUnitLength {
 struct CeresWindow {
   /// `pre` outlives it.
   CeresWindow(const WindowState& start, const std::vector<Preintegration>& pre,
-              double gravity_magnitude, const InertialOptions& inertial)
+              double gravity_magnitude, const InertialOptions& inertial, bool gaussian = false)
       : w(start.size(), Eigen::Vector3d::Zero()),
         bg(start.gyro_bias),
         ba(start.accel_bias),
@@ -122,7 +122,8 @@ struct CeresWindow {
           new ceres::AutoDiffCostFunction<CeresPrior, 3, 3>(new CeresPrior{sigma}), loss, bias);
     };
     // Student's t with two degrees of freedom and three components.
-    addPrior(inertial.accel_bias_prior, new ceres::CauchyLoss(std::sqrt(5.0)), ba.data());
+    ceres::LossFunction* const tail = gaussian ? nullptr : new ceres::CauchyLoss(std::sqrt(5.0));
+    addPrior(inertial.accel_bias_prior, tail, ba.data());
     addPrior(inertial.gyro_bias_prior, nullptr, bg.data());
   }
 

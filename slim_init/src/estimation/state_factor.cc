@@ -17,10 +17,8 @@ constexpr double kLeastInformation = 1e-3;
 constexpr double kBiasTestMargin = 1.5;
 constexpr double kStateTestMargin = 2.25;
 
-struct Rows {
-  int at, size;
-};
-constexpr Rows kRowsOf[kStateParts] = {{0, 3}, {3, 2}, {5, 3}, {8, 3}};
+// First row and number of rows.
+constexpr int kRowsOf[kStateParts][2] = {{0, 3}, {3, 2}, {5, 3}, {8, 3}};
 // What is exceeded by chance once in a thousand, by degrees of freedom.
 constexpr double kThousandth[] = {0.0,   10.83, 13.82, 16.27, 18.47, 20.52,
                                   22.46, 24.32, 26.12, 27.88, 29.59, 31.26};
@@ -133,7 +131,7 @@ bool StateTest::contradicts(StatePart which) const {
   const double margin = which == StatePart::kGyroBias || which == StatePart::kAccelBias
                             ? kBiasTestMargin
                             : kStateTestMargin;
-  return part[i] > margin * kThousandth[std::min(freedom, kRowsOf[i].size)];
+  return part[i] > margin * kThousandth[std::min(freedom, kRowsOf[i][1])];
 }
 
 StateTest testDifference(const StateFactor& prior, const StateFactor& estimate) {

@@ -134,10 +134,12 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
   if (!priors_.known) {
     const ImuBiases prior = assumedImuBiases(priors_.biases, inertial_);
     const AccelBiasTerm accel = accelBiasTerm(priors_.biases, inertial_, state.accel_bias);
-    const bool free = options_.estimate_accel_bias;
-    cost = add(layout_.accelBias(), free ? 1.0 / square(accel.sigma) : kHold,
+    // Windows that need a prior on the motion are too short to show a large bias.
+    const bool tail = options_.estimate_accel_bias && !priors_.motion;
+    const double sigma = tail ? accel.sigma : prior.accel_sigma;
+    cost = add(layout_.accelBias(), options_.estimate_accel_bias ? 1.0 / square(sigma) : kHold,
                state.accel_bias - prior.accel);
-    if (free) cost = accel.cost;
+    if (tail) cost = accel.cost;
     cost += add(layout_.gyroBias(), 1.0 / square(prior.gyro_sigma), state.gyro_bias - prior.gyro);
   }
   if (!priors_.motion) return cost;

@@ -30,7 +30,9 @@ ScaleCost scaleCostOf(const RefinementInput& input, const RefinedWindow& refined
   // The covariance depends on the biases by a hundredth of itself.
   for (std::size_t k = 0; k < pre.size(); ++k) pre[k].covariance = input.pre[k].covariance;
   ImuBiases prior = assumedImuBiases(input.priors.biases, input.inertial);
-  prior.accel_sigma = accelBiasTerm(input.priors.biases, input.inertial, state.accel_bias).sigma;
+  if (!input.priors.motion) {
+    prior.accel_sigma = accelBiasTerm(input.priors.biases, input.inertial, state.accel_bias).sigma;
+  }
   return ScaleCost(refined, pre, window.calibration(), prior, input.priors.motion);
 }
 
@@ -88,7 +90,6 @@ std::string dropContradicted(const InitWindow& tracks, StateFactor* known, Metri
   if (!out->posterior.valid) return "";
   const StateTest test = testState(rows.r, known->covariance, posterior);
   if (!test.contradicts()) return "";
-  // Without it the data agree best with the rest.
   const auto part = static_cast<StatePart>(std::max_element(test.part.begin(), test.part.end()) -
                                            test.part.begin());
   const std::string name = toString(part);

@@ -82,9 +82,9 @@ void UnknownsPrior::add(const Eigen::Matrix<double, 3, 9>& J, const Eigen::Vecto
 }
 
 void UnknownsPrior::addAccelBias(const Eigen::Vector3d& mean, double sigma) {
-  Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
-  J.middleCols<3>(3).diagonal().setConstant(1.0 / sigma);
-  add(J, -mean / sigma);
+  H.diagonal().segment<3>(3).array() += 1.0 / (sigma * sigma);
+  b.segment<3>(3) += mean / (sigma * sigma);
+  constant += mean.squaredNorm() / (sigma * sigma);
 }
 
 ScaleCost::ScaleCost(const LinearMotion& motion, const Eigen::VectorXd& shape,
