@@ -154,44 +154,6 @@ TEST(RefineWindow, AWrongLineIsTakenOut) {
   EXPECT_LT((refined.state.p_b0 - clean.state.p_b0).norm(), 0.02 * spread(clean.state));
 }
 
-TEST(RefineWindow, FitsWhereEitherChiSquareIsSmallAndTheFirstWithinReason) {
-  RefinementOptions options;
-  options.suspicious_chi2 = 1.0;
-  const double none = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(fits(0.99, none, options));
-  EXPECT_TRUE(fits(1.49, 0.99, options));
-  EXPECT_FALSE(fits(1.49, 1.01, options));
-  EXPECT_FALSE(fits(1.49, none, options));
-  EXPECT_FALSE(fits(1.51, 0.5, options));
-}
-
-// Gross errors raise the chi-square of the right minimum, and that of the median hardly.
-TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
-  const ExactWindow exact = makeExactWindow(noisy(7));
-  std::vector<FrameObservation> frames = exact.keyframes;
-  int count = 0;
-  for (FrameObservation& frame : frames) {
-    for (PointObservation& point : frame.points) {
-      if (++count % 8 != 0) continue;
-      point.bearing = (point.bearing + 15.0 / exact.calibration.focal_px * Eigen::Vector3d::UnitX())
-                          .normalized();
-    }
-  }
-  const auto with_errors = windowOf(exact, frames);
-  RefinementOptions options;
-  options.tolerance = 0.01;
-  const RefinedWindow clean = refine(*exact.window, trueState(exact), options);
-  const RefinedWindow refined = refine(*with_errors, trueState(exact), options);
-  ASSERT_TRUE(clean.valid && refined.valid);
-  EXPECT_NEAR(clean.median_chi2, 1.0, 0.2);
-  EXPECT_GT(refined.chi2, 1.5 * clean.chi2);
-  EXPECT_LT(refined.median_chi2, 1.35 * clean.median_chi2);
-  // In a wrong minimum no view fits.
-  const RefinedWindow wrong =
-      refine(*exact.window, moved(trueState(exact), 1.0, 2, false), options);
-  EXPECT_TRUE(!wrong.valid || wrong.median_chi2 > 2.0) << wrong.median_chi2;
-}
-
 TEST(RefineWindow, AStartThatIsNotFiniteIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   WindowState broken = trueState(exact);

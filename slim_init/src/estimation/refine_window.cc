@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/robust.h"
@@ -16,9 +15,6 @@ namespace {
 // Tolerance of the first minimisation, as a factor on that of the second, which follows from there:
 // of the first only the residuals count.
 constexpr double kRoughness = 10.0;
-// What gross errors among the tracks may make of the chi-square in the right minimum, as a factor
-// on that of a wrong one: beyond it another minimum is looked for, since the gate would refuse.
-constexpr double kGrossErrors = 1.5;
 // Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
 constexpr double kRayleighMedian = 1.17741;
 // Median of the larger of two independent unit |Gaussians|.
@@ -37,15 +33,6 @@ double pointNoise(const MapResiduals& residuals, double otherwise) {
   if (static_cast<int>(residuals.points.size()) < kFewestForSpread) return otherwise;
   return median(residuals.points) / kRayleighMedian *
          fitCorrection(2.0 * residuals.points.size(), 3.0 * residuals.point_tracks + 6.0);
-}
-
-// What chi2() would be if all views were like the better half of the points. Gross errors among the
-// tracks raise chi2() in the right minimum as well; this one is large in a wrong one only, where no
-// view fits.
-double medianChi2(const MapResiduals& residuals, const VisualInertialProblem& map) {
-  const double ratio =
-      pointNoise(residuals, std::numeric_limits<double>::infinity()) / map.sigmaPoint();
-  return ratio * ratio;
 }
 
 // The end of a descent.
@@ -67,8 +54,7 @@ Descent descend(const WindowState& start, const RefinementOptions& options,
   out.residuals = map->residuals();
   reached.cost = summary.cost;
   reached.chi2 = summary.visual_cost / std::max(map->visualDof(), 1);
-  reached.median_chi2 = medianChi2(out.residuals, *map);
-  out.fits = summary.converged && fits(reached.chi2, reached.median_chi2, options);
+  out.fits = summary.converged && reached.chi2 <= options.suspicious_chi2;
   return out;
 }
 
@@ -108,11 +94,6 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
 }
 
 }  // namespace
-
-bool fits(double chi2, double median_chi2, const RefinementOptions& options) {
-  return chi2 <= options.suspicious_chi2 ||
-         (chi2 <= kGrossErrors * options.suspicious_chi2 && median_chi2 <= options.suspicious_chi2);
-}
 
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,

@@ -29,9 +29,6 @@ struct RefinedWindow {
   Eigen::VectorXd visual_gradient;     ///< VisualInertialProblem::visualGradient()
   /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
   double chi2 = 0.0;
-  /// The same as the median residual of the points has it: blind to gross errors of tracks.
-  /// Infinite with few points.
-  double median_chi2 = 0.0;
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.
   double inertial_chi2 = 0.0;
   double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
@@ -48,10 +45,6 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial,
                                                  double td_shift = 0.0);
-
-/// Whether a minimum with these chi-squares (RefinedWindow) can be the right one: a wrong one fits
-/// no view, while gross errors of tracks raise the first alone.
-bool fits(double chi2, double median_chi2, const RefinementOptions& options);
 
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.
 struct RefinementInput {
