@@ -55,6 +55,7 @@ class Solve {
                  const MotionMeasures& motion);
   ProvisionalOptions newestBounds(bool full) const;
   void nameSuccess(const MetricEstimate& metric);
+  void nameMissingGravity(double mean_force);
   void failWithoutEstimate(const TranslationEstimate& translation);
 
   const InitWindow& given_;
@@ -118,6 +119,7 @@ InitResult Solve::run() {
   nameSuccess(metric);
   if (state_ == nullptr) {
     keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
+    nameMissingGravity(meanForce(pre, R_b0_bk).norm());
   }
   clock.lap("verdict");
   if (!result_.hasEstimate() && (result_.success() || state_ != nullptr)) {
@@ -288,6 +290,14 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
   }
   result_.message = "from a known state: " + sigmas;
   if (!dropped.empty()) result_.message += "; the data contradict its " + dropped;
+}
+
+// The commonest error of a rig of one's own, which shows as residuals of images that are right.
+void Solve::nameMissingGravity(double mean_force) {
+  const double gravity = given_.calibration().gravity_magnitude;
+  if (result_.success() || !(mean_force < 0.5 * gravity)) return;
+  result_.message += roundedText(2, "; the mean specific force is ", mean_force, " m/s^2, gravity ",
+                                 gravity, ": is the accelerometer in g, or without gravity?");
 }
 
 // No gate has refused.

@@ -294,6 +294,20 @@ TEST_P(HostMethod, HoverIsStationaryWithGravityAndGyroBias) {
   }
 }
 
+TEST(Slim, ForcesInGAreNamed) {
+  const auto messageOf = [](Motion motion, double factor) {
+    ExactWindow exact = noisyWindow(motion, 1);
+    for (ImuSample& sample : exact.imu) sample.accel *= factor;
+    const InitResult result = makeSolver("slim")->solve(*windowOf(exact));
+    EXPECT_FALSE(result.success());
+    return result.message;
+  };
+  const char* hint = "is the accelerometer in g";
+  EXPECT_EQ(messageOf(Motion::kHover, 1.0).find(hint), std::string::npos);
+  EXPECT_NE(messageOf(Motion::kHover, 1.0 / 9.8).find(hint), std::string::npos);
+  EXPECT_NE(messageOf(Motion::kExcited, 1.0 / 9.8).find(hint), std::string::npos);
+}
+
 TEST_P(HostMethod, PureRotationIsNamedWithItsGyroBias) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const ExactWindow exact = noisyWindow(Motion::kPureRotation, seed);

@@ -44,7 +44,7 @@ LAYERS = [
      [CORE_HEADERS, "slim_init/src", EVALUATION + "/include", BACKEND + "/include", BACKEND + "/src",
       BASELINES + "/src"], [r"ceres/[a-z_]+\.h"]),
     ("config", [CONFIG], [CORE_HEADERS, FRONT_HEADERS, BASELINES + "/include", CONFIG + "/include"],
-     [r"opencv2/(core|imgcodecs)\.hpp"]),
+     [r"opencv2/(core|core/eigen|imgcodecs)\.hpp"]),
     # It judges with the solver's own parts.
     ("doctor", [DOCTOR],
      [CORE_HEADERS, "slim_init/src", FRONT_HEADERS, REFERENCE, EVALUATION + "/include",

@@ -63,7 +63,7 @@ class ConsistencyCheck {
   double max_disagreement_;
   int earlier_estimates_;
   std::deque<Estimate> earlier_;  // by time
-  bool solved_before_ = false;    // since the last reset, whatever came of it
+  bool refused_before_ = false;   // the solve before, of this stream
 };
 
 }  // namespace slim_init

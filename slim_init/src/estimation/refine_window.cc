@@ -27,14 +27,6 @@ double fitCorrection(double rows, double parameters) {
   return std::sqrt(rows / std::max(rows - parameters, 0.5 * rows));
 }
 
-// Standard deviation of a point bearing from the median of the residuals [rad]
-// (docs/derivation.md, 4.9); `otherwise` where there are few.
-double pointNoise(const MapResiduals& residuals, double otherwise) {
-  if (static_cast<int>(residuals.points.size()) < kFewestForSpread) return otherwise;
-  return median(residuals.points) / kRayleighMedian *
-         fitCorrection(2.0 * residuals.points.size(), 3.0 * residuals.point_tracks + 6.0);
-}
-
 // The end of a descent.
 struct Descent {
   RefinedWindow reached;  // valid if the descent was
@@ -79,10 +71,16 @@ struct TrackNoise {
   double sigma_point = 0.0, sigma_line = 0.0;
 };
 
-// Of points and lines, at least `floor`; as the map has them where there are few.
+// From the medians (docs/derivation.md, 4.9), at least `floor`; as the map has them where there are
+// few.
 TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProblem& map,
                          double floor) {
-  TrackNoise noise = {pointNoise(residuals, map.sigmaPoint()), map.sigmaLine()};
+  TrackNoise noise = {map.sigmaPoint(), map.sigmaLine()};
+  if (static_cast<int>(residuals.points.size()) >= kFewestForSpread) {
+    const double rows = 2.0 * residuals.points.size();
+    noise.sigma_point = median(residuals.points) / kRayleighMedian *
+                        fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
+  }
   if (static_cast<int>(residuals.lines.size()) >= kFewestForSpread) {
     const double rows = 2.0 * residuals.lines.size();
     noise.sigma_line = median(residuals.lines) / kMaxOfTwoMedian *

@@ -18,9 +18,8 @@ namespace {
 
 // Noise and readout time that are off are as good as right after one more round; one to see it.
 constexpr int kMaxRounds = 3;
-// A readout time need not be solved again where it is nearer than this [s], or this share of it.
+// A readout time need not be solved again where it is nearer than this [s].
 constexpr double kNearReadout = 2e-3;
-constexpr double kNearReadoutShare = 0.25;
 // Nearer than this [rad], and kRelinearizeTolerance of td, the refinement is linear and the
 // calibration stays. With a rolling shutter one further off has turned the rows.
 constexpr double kNearRotation = 0.5 / kDegPerRad;
@@ -116,7 +115,7 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   // Rows that are exposed one after the other cost six times the work.
   out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
   const double off = std::abs(out.value.readout_s - seen.readout_s);
-  if (off < std::max(kNearReadout, kNearReadoutShare * seen.readout_s)) {
+  if (off < kNearReadout) {
     out.value.readout_s = seen.readout_s;
   } else {
     out.is_near = false;

@@ -175,6 +175,17 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
   result->covariance = posterior.covariance;
 }
 
+Eigen::Vector3d meanForce(const std::vector<Preintegration>& pre,
+                          const std::vector<Eigen::Matrix3d>& R_b0_bk) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double duration = 0.0;
+  for (std::size_t i = 0; i < pre.size(); ++i) {
+    sum += R_b0_bk[i] * pre[i].dv;
+    duration += pre[i].dt;
+  }
+  return sum / duration;
+}
+
 void keepObservable(const std::vector<Preintegration>& pre,
                     const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
                     InitResult* result) {
@@ -188,9 +199,7 @@ void keepObservable(const std::vector<Preintegration>& pre,
   result->accel_bias.setConstant(kNotComputed);
   if (status == InitStatus::kPureRotation) return;
   // At rest the mean specific force is minus gravity.
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < pre.size(); ++i) force += R_b0_bk[i] * pre[i].dv;
-  result->gravity_b0 = -gravity_magnitude * force.normalized();
+  result->gravity_b0 = -gravity_magnitude * meanForce(pre, R_b0_bk).normalized();
   result->gravity_w = Eigen::Vector3d(0.0, 0.0, -gravity_magnitude);
 }
 

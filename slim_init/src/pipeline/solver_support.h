@@ -84,6 +84,10 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
 void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
                  InitResult* result);
 
+/// Mean specific force over the window, in b0 [m/s^2].
+Eigen::Vector3d meanForce(const std::vector<Preintegration>& pre,
+                          const std::vector<Eigen::Matrix3d>& R_b0_bk);
+
 /// A window without translation holds no scale: where the status says so, removes what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
 /// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:

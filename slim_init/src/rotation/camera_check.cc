@@ -14,8 +14,6 @@
 namespace slim_init {
 namespace {
 
-// With fewer residuals their spread is not estimated.
-constexpr int kMinNoiseResiduals = 40;
 // Factor on the variance of the readout time: a point is in two pairs, and a track that drifts is
 // wrong in all of them alike.
 constexpr double kReadoutInflation = 2.0;
@@ -86,7 +84,7 @@ double trackNoise(const KeyframePairs& pairs, const std::vector<RelativeRotation
         points.residuals(rotation.R_ci_cj, rotation.baseline, pairs.sigma());
     for (int k = 0; k < points.count(); ++k) squares.push_back(correction * residuals.z2[k]);
   }
-  if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;
+  if (static_cast<int>(squares.size()) < kFewestForSpread) return kNotComputed;
   return std::sqrt(noiseVariance(squares)) * pairs.sigma();
 }
 

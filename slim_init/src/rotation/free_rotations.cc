@@ -13,8 +13,6 @@
 namespace slim_init {
 namespace {
 
-// With a wider cutoff than this the known baseline is not trusted [sigma].
-constexpr double kWideCutoff = 5.0;
 // Where nothing is known, 40 are 24 px, and where the rotation is near.
 const CutoffSchedule kFar = {40.0, 10.0, 3.0, 3.0};
 const CutoffSchedule kNear = {3.0};
@@ -59,7 +57,8 @@ bool freeRotation(const PairPoints& points, double sigma, const CutoffSchedule& 
   const double baseline_prior = kBaselinePriorSigmas2 * sigma * sigma;
   NormalizedEpipolarPair weighted;
   for (const double cutoff : schedule) {
-    if (at->baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
+    // With a wide one the known baseline is not trusted.
+    if (at->baseline.squaredNorm() == 0.0 || cutoff > kOutlierSigmas) {
       at->baseline =
           points.consensusBaseline(at->R_ci_cj, sigma, {cutoff}, seed, at->baseline).direction;
     }

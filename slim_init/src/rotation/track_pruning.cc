@@ -12,8 +12,6 @@
 namespace slim_init {
 namespace {
 
-// Factor on the squared residual that a link over more than kShortGap keyframes may have.
-constexpr double kLongLinkInflation = 2.0;
 // Motion of a far point by the rotation alone above which a track that stays in its place stands
 // in the image and not in the scene [standard deviations of a bearing]: 12 px.
 constexpr double kTurnedSigmas = 20.0;
@@ -118,10 +116,9 @@ TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold);
     baseline = weighted.baseline(R, baseline);
     const PointResiduals residuals = pair.points.residuals(R, baseline, pairs.sigma());
-    const double limit =
-        threshold * threshold * (pair.gap() > kShortGap ? kLongLinkInflation : 1.0);
     for (int k = 0; k < pair.points.count(); ++k) {
-      links[pair.observation_i[k]][pair.gap()] = residuals.z2[k] > limit ? kDisagrees : kAgrees;
+      links[pair.observation_i[k]][pair.gap()] =
+          residuals.z2[k] > threshold * threshold ? kDisagrees : kAgrees;
     }
   }
   return pruneBy(links, window);

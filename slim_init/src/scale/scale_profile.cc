@@ -14,9 +14,6 @@ constexpr double kMaxRatio = 50.0;
 // Points of the grid on each side: steps of 0.3 in the log scale, finer than the distance of two
 // minima worth telling apart.
 constexpr int kHalfGrid = 13;
-// First step of the search for the end of the interval [log scale]: half the sigma of a good
-// window.
-constexpr double kFirstStep = 0.01;
 // End of all searches [log scale]: a tenth of the smallest sigma.
 constexpr double kLogScaleTolerance = 2e-3;
 
@@ -80,7 +77,7 @@ double crossing(const ScaleCost& cost, double inside, double outside, double bou
 double endOfInterval(const ScaleCost& cost, double best, int direction, double bound) {
   const double limit = std::log(kMaxRatio);
   double inside = best;
-  for (double step = kFirstStep;; step *= 2.0) {
+  for (double step = 5.0 * kLogScaleTolerance;; step *= 2.0) {
     const double outside = inside + direction * step;
     if (std::abs(outside) > limit) return direction * limit;
     if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);

@@ -89,11 +89,11 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
 
 void ConsistencyCheck::reset() {
   earlier_.clear();
-  solved_before_ = false;
+  refused_before_ = false;
 }
 
 void ConsistencyCheck::judge(InitResult* result) {
-  const bool solved_before = std::exchange(solved_before_, true);
+  const bool refused_before = std::exchange(refused_before_, !result->success());
   if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
   const double sigma = result->scale_sigma;
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
@@ -114,8 +114,8 @@ void ConsistencyCheck::judge(InitResult* result) {
     bound = time(*estimate) - kMinNewData;
   }
   const double span = newest - result->states.front().t;
-  // A full window that is the first of many to pass is one by chance as well.
-  const bool needs_all = solved_before || span < kFullFraction * full_span_s_;
+  // A full window that passes after others have not may do so by chance as well.
+  const bool needs_all = refused_before || span < kFullFraction * full_span_s_;
   int compared = 0;
   double worst = 0.0;
   for (const Estimate* estimate : before) {
@@ -137,6 +137,7 @@ void ConsistencyCheck::judge(InitResult* result) {
   if (result->success() && gate.enforced && !gate.passed) {
     result->status = gate.status_if_failed;
     result->message = describe(gate);
+    refused_before_ = true;
   }
   result->gates.push_back(std::move(gate));
 }

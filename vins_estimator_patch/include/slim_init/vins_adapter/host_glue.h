@@ -50,15 +50,19 @@ struct GlueWindow : HostWindow {
 
 /// A sensor_msgs::PointCloud without ROS: points in the plane z = 1, named values for each.
 struct GlueCloud {
+  /// As in the message.
   struct Header {
+    /// As in the message.
     struct Stamp {
       double seconds = 0.0;
       double toSec() const { return seconds; }
     } stamp;
   } header;
+  /// As in the message.
   struct Point {
     float x, y, z;
   };
+  /// As in the message.
   struct Channel {
     std::string name;
     std::vector<float> values;
