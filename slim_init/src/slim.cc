@@ -119,12 +119,12 @@ InitResult Solve::run() {
   nameSuccess(metric);
   if (state_ == nullptr) {
     keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
-    nameMissingGravity(meanForce(pre, R_b0_bk).norm());
   }
   clock.lap("verdict");
   if (!result_.hasEstimate() && (result_.success() || state_ != nullptr)) {
     failWithoutEstimate(translation);
   }
+  if (state_ == nullptr) nameMissingGravity(meanForce(pre, R_b0_bk).norm());
   failAtLimit(&budget_, &result_);
   return result_;
 }
@@ -295,7 +295,7 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
 // The commonest error of a rig of one's own, which shows as residuals of images that are right.
 void Solve::nameMissingGravity(double mean_force) {
   const double gravity = given_.calibration().gravity_magnitude;
-  if (result_.success() || !(mean_force < 0.5 * gravity)) return;
+  if (result_.success() || result_.provisional() || !(mean_force < 0.5 * gravity)) return;
   result_.message += roundedText(2, "; the mean specific force is ", mean_force, " m/s^2, gravity ",
                                  gravity, ": is the accelerometer in g, or without gravity?");
 }

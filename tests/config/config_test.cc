@@ -419,10 +419,18 @@ TEST_F(ConfigErrors, MissingKeysAreNamed) {
   expectRefused(edited("image_height: 480\n", ""), "image_height is missing");
   expectRefused(edited("   fy: 457.0\n", ""), "projection_parameters.fy is missing");
   expectRefused(edited("   p2: 0.00002\n", ""), "distortion_parameters.p2 is missing");
-  expectRefused(edited("   p2: 0.00002\n", "   p2: 0.00002\n   k3: 0.1\n"),
-                "distortion_parameters.k3 is 0.1, must be 0: PINHOLE has k1, k2, p1 and p2");
   expectRefused(edited("extrinsicRotation", "extrinsic_rotation"), "extrinsicRotation is missing");
   expectRefused(edited("extrinsicTranslation", "tic"), "extrinsicTranslation is missing");
+}
+
+TEST_F(ConfigErrors, CoefficientsThatTheModelLacksAreNamed) {
+  for (const char* value : {"0.1", "0"}) {
+    const Config config =
+        loaded(edited("   p2: 0.00002\n", std::string("   p2: 0.00002\n   k3: ") + value + "\n"));
+    ASSERT_EQ(config.notes.size(), value[1] == '.' ? 2u : 1u) << "and the densities";
+    if (value[1] == '.')
+      expectParts(config.notes[0], "distortion_parameters.k3 is 0.1 and not used");
+  }
 }
 
 TEST_F(ConfigErrors, BadHostValues) {

@@ -227,6 +227,7 @@ TEST(TruthAt, IsThatOfTheSequence) {
   Sequence sequence = makeCircleSequence(2.0);
   EXPECT_EQ(truthAt(sequence, 0.51).p_w_b, Circle().state(0.51).p_w_b);
   EXPECT_TRUE(std::isnan(truthAt(sequence, -0.01).t));
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 2.01).t));
   EXPECT_TRUE(std::isnan(truthAt(sequence, kNotComputed).t));
   sequence.truth = nullptr;
   EXPECT_TRUE(std::isnan(truthAt(sequence, 0.55).t));

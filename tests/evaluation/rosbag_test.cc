@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -131,6 +133,17 @@ TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
 }
 
 // nav_msgs/Odometry has a frame and a pose before the velocity; all three components are measured.
+// By which a node counts what was lost.
+TEST_F(RosbagTest, MessagesOfATopicAreNumbered) {
+  writeTiny();
+  const rosbag::Bag bag(file(), rosbag::bagmode::Read);
+  std::uint32_t next = 0;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("/imu0"))) {
+    EXPECT_EQ(message.instantiate<sensor_msgs::Imu>()->header.seq, next++);
+  }
+  EXPECT_EQ(next, static_cast<std::uint32_t>(TinyRecording::kImuSamples));
+}
+
 TEST_F(RosbagTest, VelocitiesOfOdometry) {
   writeBag([](rosbag::Bag& bag) {
     for (int k = 0; k < TinyRecording::kImages; ++k) {

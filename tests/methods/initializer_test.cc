@@ -242,6 +242,16 @@ TEST_F(AskedAgain, AFullWindowIsAcceptedAlone) {
   EXPECT_EQ(solver_->solves, 1);
 }
 
+// Asked often enough, a scene that is far away is accepted by chance.
+TEST_F(AskedAgain, AFullWindowAfterARefusalIsComparedWithShorterOnes) {
+  start([](const InitWindow& window) { return window.times().back() < 4.35 ? 2.0 : 1.0; });
+  EXPECT_FALSE(askAt(5).success());
+  const int first = solver_->solves;
+  const InitResult moved = askAt(44);
+  EXPECT_EQ(moved.status, InitStatus::kScaleTooUncertain) << moved.message;
+  EXPECT_EQ(solver_->solves, first + 3);
+}
+
 TEST_F(AskedAgain, NothingIsRememberedAcrossAResetOrAChangeOfTd) {
   for (const double td : {0.0005, 0.002}) {
     image_ = 1;

@@ -120,6 +120,17 @@ WorkBudget budgetOf(double units) {
 
 // A mirrored start needs the second search; with the work of the first one it is left out, and said
 // so. Equal work gives equal results, to the last bit.
+TEST(SearchMinimum, AMinimumWithALargeChiSquareIsSearchedAgain) {
+  Search search(withSlidingPoints(5));
+  const auto workOf = [&search](double suspicious_chi2) {
+    search.options.refinement.suspicious_chi2 = suspicious_chi2;
+    WorkBudget budget = unlimitedBudget();
+    EXPECT_TRUE(search.run(search.truth, &budget).valid);
+    return budget.used();
+  };
+  EXPECT_GT(workOf(1e-9), 1.3 * workOf(1e6));
+}
+
 TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   Search search(withSlidingPoints(5));
   WindowState wrong = search.truth;

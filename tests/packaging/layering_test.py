@@ -2,6 +2,8 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Planted violations: layering.py finds each and names it, and nothing in a tree that is in order."""
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -28,6 +30,13 @@ class Layering(unittest.TestCase):
 
     def test_a_tree_in_order_passes(self):
         self.assertEqual(self.violations(), [])
+
+    def test_the_program_fails(self):
+        with tempfile.TemporaryDirectory() as root:
+            os.makedirs(os.path.join(root, "slim_init/src/elsewhere"))
+            run = subprocess.run([sys.executable, layering.__file__, root],
+                                 stdout=subprocess.PIPE, check=False)
+        self.assertEqual(run.returncode, 1)
 
     def test_includes(self):
         for file, header in (

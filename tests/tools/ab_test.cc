@@ -513,6 +513,10 @@ TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
 
 TEST_F(Ab, ImagesOutsideImuDataAndGroundTruthAreDiscarded) {
   writeRecording(folder, 8.0, 0.0);
+  const std::string truth = readFile(folder.file("groundtruth.csv"));
+  folder.write("groundtruth.csv", truth.substr(truth.find("1400000001000000000")));  // from 1 s on
+  expectParts(ran("--recorded @ --methods drt-l").err, "20 of 161 images lie outside");
+  folder.write("groundtruth.csv", truth);
   folder.write("cam0_timestamps.csv",
                readFile(folder.file("cam0_timestamps.csv")) + "1500000000000000000\n");
   expectParts(ran("--recorded @ --methods drt-l").err,

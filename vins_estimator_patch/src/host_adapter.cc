@@ -624,6 +624,7 @@ struct HostAdapter::State {
                      initializer->info().method + " reported " + problem);
     }
     if (healthy != nullptr && !answer.result.frame_continued) {
+      answer.no_recovery = true;
       return decline(InitStatus::kTooFewKeyframes, initializer->info().method + " has no recovery");
     }
     InitStatus status = InitStatus::kSuccess;

@@ -93,11 +93,6 @@ double shortestInterval(const std::vector<HostState>& states) {
   return shortest;
 }
 
-// An initializer may ignore the states before: it has found a window in a frame of its own.
-bool ignoresHealthyStates(const HostResult& answer) {
-  return !answer.success() && !answer.result.states.empty() && !answer.result.frame_continued;
-}
-
 std::string whyDropped(AddStatus status) {
   switch (status) {
     case AddStatus::kNotFinite: return "a value is not finite";
@@ -496,7 +491,7 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   // With the state from before, if the IMU has propagated it; else in its place.
   HostResult answer =
       propagated.ok ? state.adapter->recover(stamps, {*state.lost}) : state.adapter->seed(stamps);
-  if (propagated.ok && ignoresHealthyStates(answer)) {
+  if (answer.no_recovery) {
     propagated.ok = false;
     answer = state.adapter->seed(stamps);
   }

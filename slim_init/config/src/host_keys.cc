@@ -110,7 +110,7 @@ cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
   return node;
 }
 
-CameraParameters readCamera(const cv::FileNode& root) {
+CameraParameters readCamera(const cv::FileNode& root, std::vector<std::string>* notes) {
   constexpr char kPurpose[] = "the camera model";
   std::string type;
   readRequired(root, "", "model_type", kPurpose, &type);
@@ -137,13 +137,14 @@ CameraParameters readCamera(const cv::FileNode& root) {
     readRequired(distortion, std::string(names->distortion_section) + ".", names->distortion[i],
                  kPurpose, &camera.distortion[i]);
   }
-  // Of lens models with more coefficients; without them the rays would be those of another lens.
+  // Of lens models with more coefficients; the host's own tracker does not read them either.
   for (const char* key : {"k3", "k4", "k5", "k6"}) {
     double value = 0.0;
     if (camera.model != CameraModel::kKannalaBrandt) readOptional(distortion, key, &value);
     if (value != 0.0) {
-      fail(names->distortion_section, ".", key, " is ", value,
-           ", must be 0: ", toString(camera.model), " has k1, k2, p1 and p2");
+      notes->push_back(text(names->distortion_section, ".", key, " is ", value,
+                            " and not used, as by VINS-Mono: ", toString(camera.model),
+                            " has k1, k2, p1 and p2; the lens may need another model"));
     }
   }
   if (camera.model == CameraModel::kMei) {
@@ -321,13 +322,14 @@ std::string besideFile(const std::string& path, const std::string& name) {
 }
 
 // VINS-Fusion keeps the camera in a file beside its own.
-CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path) {
+CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path,
+                                std::vector<std::string>* notes) {
   std::string name;
   readOptional(root, "cam0_calib", &name);
-  if (name.empty()) return readCamera(root);
+  if (name.empty()) return readCamera(root, notes);
   const std::string file = besideFile(path, name);
   try {
-    return readCamera(openFile(file)->root());
+    return readCamera(openFile(file)->root(), notes);
   } catch (const Problem& problem) {
     fail("cam0_calib, ", file, ": ", problem.message);
   }
@@ -459,7 +461,7 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
 }
 
 void readHost(const cv::FileNode& root, const std::string& path, Config* config) {
-  config->camera = readHostCamera(root, path);
+  config->camera = readHostCamera(root, path, &config->notes);
   config->calibration.focal_px = Camera(config->camera).focalPx();
   readHostKeys(root, &config->host);
   readTable(root, rigTable(config));

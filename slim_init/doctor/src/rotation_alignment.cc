@@ -178,7 +178,12 @@ class Aligner {
       : frames_(frames), calibration_(calibration), gyro_(imu) {}
 
   RotationAlignment run() {
-    pairs_ = coveredPairs();
+    // Where gaps or a short recording leave too few pairs, the range is reduced.
+    const std::vector<Pair> all = measurePairs(frames_, calibration_.sigmaBearing());
+    for (max_offset_ = kMaxOffset; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
+      if (covered(all).size() >= kLeastCovered * static_cast<double>(all.size())) break;
+    }
+    pairs_ = covered(all);
     result_.pairs = static_cast<int>(pairs_.size());
     if (result_.pairs < kMinPairs) return result_;
     describe();
@@ -194,18 +199,20 @@ class Aligner {
   }
 
  private:
+  // Search range of the offset: halved until this share of the pairs has IMU data throughout, but
+  // not below kLeastRange [s].
+  static constexpr double kLeastCovered = 0.9, kLeastRange = 0.02;
   static constexpr int kSearchRounds = 3;  // with weights from the previous one
   // Floors against division by zero: spread of the rates [rad/s], scale of the gyro.
   static constexpr double kLeastSpread = 1e-6, kLeastScale = 1e-3;
 
   /// Those with IMU data at every offset of the search.
-  std::vector<Pair> coveredPairs() const {
-    std::vector<Pair> pairs = measurePairs(frames_, calibration_.sigmaBearing());
-    const auto ends = std::remove_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
-      return !gyro_.covers(pair.t_i + calibration_.td - kMaxOffset,
-                           pair.t_j + calibration_.td + kMaxOffset);
+  std::vector<Pair> covered(const std::vector<Pair>& all) const {
+    std::vector<Pair> pairs;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(pairs), [&](const Pair& pair) {
+      return gyro_.covers(pair.t_i + calibration_.td - max_offset_,
+                          pair.t_j + calibration_.td + max_offset_);
     });
-    pairs.erase(ends, pairs.end());
     return pairs;
   }
 
@@ -257,7 +264,7 @@ class Aligner {
   /// The offset of the best correlation: on the grid, then the top of the parabola through the best
   /// and its neighbours.
   double bestOffset() const {
-    const int steps = static_cast<int>(kMaxOffset / kOffsetStep);
+    const int steps = static_cast<int>(max_offset_ / kOffsetStep);
     std::vector<double> correlations;
     for (int step = -steps; step <= steps; ++step) {
       correlations.push_back(align(ratesAt(calibration_.td + step * kOffsetStep)).correlation);
@@ -327,7 +334,8 @@ class Aligner {
   const Calibration& calibration_;
   Gyro gyro_;
   std::vector<Pair> pairs_;
-  VectorXd weights_;  // of the pairs
+  double max_offset_ = kMaxOffset;  // [s]
+  VectorXd weights_;                // of the pairs
   RotationAlignment result_;
 };
 

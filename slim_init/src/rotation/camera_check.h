@@ -20,7 +20,7 @@ inline constexpr double kLargestReadout = 0.04;
 
 /// Standard deviation of a bearing across its epipolar plane [rad], by noiseVariance() of the
 /// residuals, with what the fit of each pair took taken back. NaN with fewer than
-/// kMinNoiseResiduals. `rotations`: freeRotations() of `pairs`.
+/// kFewestForSpread. `rotations`: freeRotations() of `pairs`.
 double trackNoise(const KeyframePairs& pairs, const std::vector<RelativeRotation>& rotations);
 
 /// An error of the readout time.

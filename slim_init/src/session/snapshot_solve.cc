@@ -243,10 +243,11 @@ InitResult SnapshotSolve::answer(const InitWindow& window) {
 // A host that solves at every image has earlier answers to agree with. One that solves now and then
 // has none: the window is solved as it was before its newest keyframes.
 void SnapshotSolve::solveEarlier(int keyframes, const InitResult& result) {
+  const bool refused_before = memory_.answers.refusedBefore();
   memory_.answers.reset();
   const std::vector<NavState>& states = result.states;
-  if (states.back().t - states.front().t >=
-      ConsistencyCheck::kFullFraction * window_.options().fullSpan())
+  if (!refused_before && states.back().t - states.front().t >=
+                             ConsistencyCheck::kFullFraction * window_.options().fullSpan())
     return;
   // Keyframes that td has moved past the IMU are in neither answer.
   const int lost = std::max(0, keyframes - static_cast<int>(states.size()));

@@ -99,7 +99,7 @@ void ConsistencyCheck::judge(InitResult* result) {
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
   const double newest = result->states.back().t;
   const auto time = [](const Estimate& estimate) { return estimate.states.back().t; };
-  if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) earlier_.clear();
+  if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
   while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();

@@ -29,7 +29,6 @@ inline constexpr ImageEncoding kImageEncodings[] = {
     {"mono8", CV_8UC1, -1},
     {"8UC1", CV_8UC1, -1},
     {"mono16", CV_16UC1, -1},
-    {"16UC1", CV_16UC1, -1},
     {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
     {"8UC3", CV_8UC3, cv::COLOR_BGR2GRAY},
     {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY},

@@ -400,6 +400,7 @@ class BagWriter : public SequenceWriter {
   std::string write(const std::string& topic, const char* frame, std::int64_t stamp_ns,
                     Message* message) {
     return guarded([&] {
+      message->header.seq = seq_[topic]++;
       message->header.frame_id = frame;
       message->header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
       bag_.write(topic, message->header.stamp, *message);
@@ -419,6 +420,7 @@ class BagWriter : public SequenceWriter {
   std::string file_;
   BagTopics topics_;
   rosbag::Bag bag_;
+  std::map<std::string, std::uint32_t> seq_;  // of the next message, per topic
   CsvFile truth_;
 };
 

@@ -88,6 +88,8 @@ struct HostResult {
   /// frame have arrived and are held back. Nothing was decided; bridge() fills the window until the
   /// next frame.
   bool pending = false;
+  /// Of recover(): the initializer has a window, but ignores the states that it was given.
+  bool no_recovery = false;
 
   bool success() const { return !window.states.empty(); }
 };
