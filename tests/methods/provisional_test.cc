@@ -274,7 +274,7 @@ TEST(Provisional, EarlierAnswersHaveToAgree) {
   const Eigen::Vector3d bias = P.block<3, 1>(63, 63) / std::sqrt(P(63, 63));
   for (const auto& [sigmas, agree] : {std::make_pair(2.0, true), std::make_pair(12.0, false)}) {
     InitResult other = earlier;
-    other.gyro_bias += sigmas * bias;
+    other.states.back().gyro_bias = other.gyro_bias += sigmas * bias;
     EXPECT_EQ(agrees(other, now), agree) << sigmas;
   }
   for (const auto& [error, agree] : {std::make_pair(1e-3, true), std::make_pair(5.0, false)}) {

@@ -19,18 +19,15 @@ namespace {
 // Speeds that have to be there before the scale may rest on them: one that slips among fewer does
 // not show.
 constexpr int kFewestSpeeds = 3;
-/// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
-/// hundred and more, right ones of so few images not always within three.
-constexpr double kMaxDisagreement = 50.0;
 /// An estimated td moves the instants of the same image by less than this [s].
 constexpr double kSameInstant = 0.01;
 
-// The newest state and its covariance.
-StateFactor newestState(const InitResult& result) {
-  StatePrior newest;
-  newest.state = result.states.back();
-  newest.covariance = result.stateCovariance(result.states.size() - 1);
-  return stateFactor(newest);
+// The state of one keyframe and its covariance.
+StateFactor stateOf(const InitResult& result, std::size_t k) {
+  StatePrior state;
+  state.state = result.states[k];
+  state.covariance = result.stateCovariance(k);
+  return stateFactor(state);
 }
 
 }  // namespace
@@ -238,7 +235,7 @@ void moveToWorldOf(const StatePrior& prior, const StateVector& residual, InitRes
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
   if (result.states.empty()) return out;
-  const StateCovariance S = newestState(result).covariance;
+  const StateCovariance S = stateOf(result, result.states.size() - 1).covariance;
   if (!S.allFinite()) return out;
   const auto largest = [](const DenseView& A) {
     return std::sqrt(symmetricEigen(A).values.maxCoeff());
@@ -255,13 +252,9 @@ bool agrees(const InitResult& earlier, const InitResult& now) {
       now.states.begin(), now.states.end(),
       [t](const NavState& a, const NavState& b) { return std::abs(a.t - t) < std::abs(b.t - t); });
   if (!(std::abs(nearest->t - t) < kSameInstant)) return false;
-  const StateFactor before = newestState(earlier);
-  const auto within = [](const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
-    return difference.dot(solveSymmetric(covariance, difference).col(0)) < kMaxDisagreement;
-  };
-  return within(nearest->R_w_b.transpose() * nearest->v_w_b - before.velocity_b,
-                before.covariance.topLeftCorner<3, 3>()) &&
-         within(now.gyro_bias - earlier.gyro_bias, before.covariance.block<3, 3>(5, 5));
+  const StateTest test = testDifference(stateOf(earlier, earlier.states.size() - 1),
+                                        stateOf(now, nearest - now.states.begin()));
+  return test.total <= test.bound() && !test.contradicts();
 }
 
 }  // namespace slim_init

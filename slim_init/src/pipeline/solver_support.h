@@ -108,8 +108,8 @@ void moveToWorldOf(const StatePrior& prior, const StateVector& residual, InitRes
 /// Of the newest state; NaN without a covariance.
 NewestSigmas newestSigmas(const InitResult& result);
 
-/// Whether the newest state and the gyroscope bias of `earlier` are, to its own covariance, those
-/// that `now` has at that instant. A window of a few images can have two motions that explain the
+/// Whether the newest state of `earlier` is the one that `now` has at that instant
+/// (testDifference()). A window of a few images can have two motions that explain the
 /// rotation of the images; more data change the wrong one by many standard deviations. False where
 /// one of them has no covariance or they share no instant.
 bool agrees(const InitResult& earlier, const InitResult& now);
