@@ -14,12 +14,25 @@ namespace slim_init {
 
 namespace {
 
+// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
+// of the minimisation: they add a third to the time and then little to the bias.
+constexpr int kMinKeyframesToSkip = 8;
+constexpr int kPointsToSkip = 25;
 // Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
 // not built to better than a milliradian.
 constexpr double kVpModelVariance = 1e-6;
 // Standard deviation of a rotation of the gyroscope itself, by vibration and scale error [rad]: no
 // pair is more exact, however many points it has.
 constexpr double kGyroError = 1e-3;
+
+// The shortest gap that enters a minimisation.
+int shortestGap(const KeyframePairs& pairs) {
+  if (pairs.keyframes() < kMinKeyframesToSkip) return 1;
+  const bool longer_suffice = std::all_of(pairs.begin(), pairs.end(), [](const KeyframePair& pair) {
+    return pair.gap() != 2 || pair.points.count() >= kPointsToSkip;
+  });
+  return longer_suffice ? 2 : 1;
+}
 
 Eigen::Matrix<double, 7, 7> dampDiagonal(const QuadraticModel<7>& at, double damping) {
   Eigen::Matrix<double, 7, 7> H = at.hessian;
@@ -38,6 +51,7 @@ MultiGapProblem::MultiGapProblem(const InitWindow& window,
       gyro_bias_prior_(inertial.gyro_bias_prior),
       rig_(rig),
       pairs_(window, kLongestGap),
+      shortest_gap_(shortestGap(pairs_)),
       gyro_(window) {}
 
 RotationUnknowns MultiGapProblem::priorMean() const {
@@ -46,9 +60,13 @@ RotationUnknowns MultiGapProblem::priorMean() const {
   return x;
 }
 
+bool MultiGapProblem::enters(const KeyframePair& pair, int max_gap) const {
+  return pair.gap() >= shortest_gap_ && pair.gap() <= max_gap;
+}
+
 double MultiGapProblem::shareOf(int max_gap) const {
   const auto count = std::count_if(std::begin(kGaps), std::end(kGaps), [&](int gap) {
-    return gap <= max_gap && gap < pairs_.keyframes();
+    return gap >= shortest_gap_ && gap <= max_gap && gap < pairs_.keyframes();
   });
   return 1.0 / static_cast<double>(std::max<std::ptrdiff_t>(count, 1));
 }
@@ -124,7 +142,7 @@ QuadraticModel<7> MultiGapProblem::evaluate(const RotationUnknowns& x, int max_g
   QuadraticModel<7> sum;
   addPriors(x, &sum);
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    if (pairs_[p].gap() > max_gap) continue;
+    if (!enters(pairs_[p], max_gap)) continue;
     addPoints(p, rotations[p], share, weighted[p], &(*baselines)[p], &sum);
     addVanishingPoints(p, rotations[p], share, &sum);
   }
@@ -138,7 +156,7 @@ WeightedPairs MultiGapProblem::weigh(const RotationUnknowns& x, int max_gap, dou
   WeightedPairs weighted(pairs_.size());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const KeyframePair& pair = pairs_[p];
-    if (!pair.use_points || pair.gap() > max_gap) continue;
+    if (!pair.use_points || !enters(pair, max_gap)) continue;
     const Eigen::ArrayXd& mask = masks.empty() ? all_points : masks[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
     Eigen::Vector3d& baseline = (*baselines)[p];

@@ -47,6 +47,9 @@ class MultiGapProblem {
   const KeyframePairs& pairs() const { return pairs_; }
   /// The bias at the mean of its prior, the calibration as given.
   RotationUnknowns priorMean() const;
+  /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
+  /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
+  bool enters(const KeyframePair& pair, int max_gap) const;
 
   /// Rotations of the pairs up to `max_gap`, integrated anew there if need be
   /// (GyroRotations::linearizeNear()).
@@ -86,6 +89,7 @@ class MultiGapProblem {
   const double gyro_bias_prior_;      // [rad/s]
   const RigPrior rig_;
   const KeyframePairs pairs_;
+  const int shortest_gap_;
   GyroRotations gyro_;
 };
 
