@@ -182,10 +182,10 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   for (const NavState& state : result.states) {
     R_refined.push_back(result.states.front().R_w_b.transpose() * state.R_w_b);
   }
-  const MotionMeasures motion = measureMotion(window, pre, R_refined);
-  result.gates = motionGates(motion, options.gates);
+  const MotionMeasures measured = measureMotion(window, pre, R_refined);
+  result.gates = motionGates(measured, options.gates);
   decide(options.gates.mode == GateMode::kOn, &result);
-  keepObservable(motion.mean_force, calibration.gravity_magnitude, &result);
+  keepObservable(measured.mean_force, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   return result;
 }
