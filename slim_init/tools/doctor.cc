@@ -47,7 +47,7 @@ int examineRecording(const DoctorCommand& command) {
                           ? openBag(command.bag, topicsOf(config), "", max_imu_gap_s)
                           : openAsl(command.asl, max_imu_gap_s);
   if (command.config_file.empty()) {
-    configureFromData(command.asl, command.options_file, *images, &config);
+    configureFromData(command.asl, command.options_file, &config);
   }
   std::vector<std::string> notes = config.notes;
   notes.insert(notes.end(), images->notes().begin(), images->notes().end());

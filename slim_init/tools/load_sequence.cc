@@ -209,7 +209,7 @@ void loadImages(const AbOptions& options, LoadedSequence* loaded) {
   const std::unique_ptr<evaluation::ImageSequence> images = openImages(options);
   Config config;
   if (options.config_file.empty()) {
-    configureFromData(options.asl, options.options_file, *images, &config);
+    configureFromData(options.asl, options.options_file, &config);
   } else {
     config = *options.config;
   }
@@ -286,15 +286,12 @@ std::unique_ptr<evaluation::ImageSequence> openBag(const std::string& file,
   return images;
 }
 
-void configureFromData(const std::string& source, const std::string& options_file,
-                       const evaluation::ImageSequence& images, Config* config) {
-  if (!images.calibration().has_value()) {
-    check(text(source, " has no calibration that can be used (", images.calibrationProblem(),
+void configureFromData(const std::string& source, const std::string& options_file, Config* config) {
+  std::string error;
+  if (!loadSensorFiles(source, config, &error)) {
+    check(text(source, " has no calibration that can be used (", error,
                "); give one with --config YAML"));
   }
-  config->calibration = images.calibration()->calibration;
-  config->camera = images.calibration()->camera;
-  std::string error;
   if (!options_file.empty() && !loadOptions(options_file, config, &error)) {
     check(error, "--options: ");
   }

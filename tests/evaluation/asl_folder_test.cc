@@ -12,6 +12,7 @@
 
 #include "evaluation/image_files.h"
 #include "evaluation/scratch_folder.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/options.h"
@@ -30,10 +31,7 @@ class AslFolderTest : public ::testing::Test {
 
   void write(const WriterRig& rig) {
     fs::remove_all(directory());
-    std::string error;
-    const auto writer = makeAslWriter(directory(), rig, &error);
-    ASSERT_NE(writer, nullptr) << error;
-    TinyRecording::write(writer.get());
+    TinyRecording::write(directory(), rig);
   }
 
   std::string directory() const { return folder_.file("V9_01"); }
@@ -65,6 +63,14 @@ class AslFolderTest : public ::testing::Test {
     return sequence;
   }
 
+  /// By the sensor.yaml files.
+  Config configured() const {
+    Config config;
+    std::string error;
+    EXPECT_TRUE(loadSensorFiles(directory(), &config, &error)) << error;
+    return config;
+  }
+
   ScratchFolder folder_;
   ReadStatus status_;
 };
@@ -75,10 +81,10 @@ TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
   EXPECT_EQ(sequence->name(), "V9_01");
   EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
 
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  const Config config = configured();
   const WriterRig rig = TinyRecording::rig();
-  const Calibration& calibration = sequence->calibration()->calibration;
-  const auto& camera = sequence->calibration()->camera;
+  const Calibration& calibration = config.calibration;
+  const auto& camera = config.camera;
   EXPECT_LT((calibration.R_b_c - rig.calibration.R_b_c).norm(), 1e-14);
   EXPECT_EQ(calibration.t_b_c, rig.calibration.t_b_c);
   EXPECT_EQ(calibration.imu_noise.gyro_density, rig.calibration.imu_noise.gyro_density);
@@ -107,11 +113,10 @@ TEST_F(AslFolderTest, OtherLensesComeBack) {
     rig.camera.model = model;
     rig.camera.xi = model == CameraModel::kMei ? 1.9 : 0.0;
     write(rig);
-    const auto sequence = opened();
-    ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-    EXPECT_EQ(sequence->calibration()->camera.model, model);
-    EXPECT_EQ(sequence->calibration()->camera.xi, rig.camera.xi);
-    EXPECT_EQ(sequence->calibration()->camera.distortion, rig.camera.distortion);
+    const Config config = configured();
+    EXPECT_EQ(config.camera.model, model);
+    EXPECT_EQ(config.camera.xi, rig.camera.xi);
+    EXPECT_EQ(config.camera.distortion, rig.camera.distortion);
   }
 }
 
@@ -119,8 +124,7 @@ TEST_F(AslFolderTest, SensorFilesOfTheDatasetHaveNoDirective) {
   for (const char* name : {"cam0/sensor.yaml", "imu0/sensor.yaml"}) {
     edit(name, "%YAML:1.0\n", "# General sensor definitions.\n");
   }
-  const auto sequence = opened();
-  EXPECT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  EXPECT_EQ(configured().camera.width, 64);
 }
 
 struct BadSensor {
@@ -143,24 +147,28 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
       {"noise", "imu0/sensor.yaml", "gyroscope_noise_density: ", "gyroscope_noise_density: -",
        "gyro_density"},
       {"body", "imu0/sensor.yaml", "data: [1", "data: [0.5", "T_BS is not the identity"},
-      {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", "not YAML"},
+      {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", "not a YAML file"},
       {"documents", "imu0/sensor.yaml", "T_BS:", "...\n- 4\nT_BS:", "comes after the end"},
   };
   for (const BadSensor& bad : cases) {
     SCOPED_TRACE(bad.name);
     const std::string original = readFile(file(bad.file));
     edit(bad.file, bad.from, bad.to);
+    Config config;
+    std::string error;
+    EXPECT_FALSE(loadSensorFiles(directory(), &config, &error));
+    EXPECT_EQ(config.camera.width, 0) << "as it was";
+    EXPECT_TRUE(contains(error, bad.file)) << error;
+    expectParts(error, bad.said);
     // --config may still bring a calibration, so the data are no error.
-    const auto sequence = opened();
-    EXPECT_FALSE(sequence->calibration().has_value());
-    EXPECT_TRUE(contains(sequence->calibrationProblem(), bad.file))
-        << sequence->calibrationProblem();
-    expectParts(sequence->calibrationProblem(), bad.said);
+    opened();
     folder_.write(std::string("V9_01/mav0/") + bad.file, original);
   }
   fs::remove(file("imu0/sensor.yaml"));
-  const auto sequence = opened();
-  expectParts(sequence->calibrationProblem(), "imu0/sensor.yaml cannot be read");
+  Config config;
+  std::string error;
+  EXPECT_FALSE(loadSensorFiles(directory(), &config, &error));
+  expectParts(error, "imu0/sensor.yaml: the file cannot be opened");
 }
 
 struct BadFolder {
@@ -295,12 +303,13 @@ TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
 }
 
 TEST_F(AslFolderTest, WriterRefusesAnOccupiedFolder) {
-  std::string error;
-  EXPECT_EQ(makeAslWriter(directory(), TinyRecording::rig(), &error), nullptr);
-  expectParts(error, "holds files already");
+  const auto refusal = [](const std::string& directory) {
+    return writeAslFolder(directory, TinyRecording::rig(), TinyRecording::recording());
+  };
+  expectParts(refusal(directory()), "holds files already");
   folder_.write("occupied", "");
-  EXPECT_EQ(makeAslWriter(folder_.file("occupied"), TinyRecording::rig(), &error), nullptr);
-  expectParts(error, "cannot be made");
+  expectParts(refusal(folder_.file("occupied")), "cannot be made");
+  expectParts(writeAslImage(folder_.file("none"), 1, TinyRecording::image(0)), "cannot be written");
 }
 
 }  // namespace

@@ -75,21 +75,32 @@ struct TinyRecording {
     return rig;
   }
 
-  /// Writes everything; what fails is a failure of the test.
-  static void write(SequenceWriter* writer) {
+  /// All but the pixels, the first sample at `t0_ns`.
+  static RecordedMotion recording(std::int64_t t0_ns = kT0Ns) {
+    RecordedMotion recording;
+    recording.t0_ns = t0_ns;
     for (int k = 0; k < kImuSamples; ++k) {
-      EXPECT_EQ(writer->addImu(kT0Ns + k * kImuStepNs, imu(k)), "");
+      recording.imu.push_back(imu(k));
+      recording.imu.back().t = 1e-9 * static_cast<double>(k * kImuStepNs);
     }
-    for (int k = 0; k < kSpeeds; ++k) {
-      EXPECT_EQ(writer->addSpeed(kT0Ns + k * kSpeedStepNs, speed(k)), "");
-    }
+    for (int k = 0; k < kSpeeds; ++k) recording.speeds.push_back(speed(k));
     for (int k = 0; k < kImages; ++k) {
-      EXPECT_EQ(writer->addImage(kT0Ns + k * kImageStepNs, image(k)), "");
+      recording.image_times.push_back(1e-9 * static_cast<double>(k * kImageStepNs));
     }
     for (int k = 0; k < kTruthRows; ++k) {
-      EXPECT_EQ(writer->addTruth(kT0Ns + k * 10000000, truth(k)), "");
+      recording.truth.push_back(truth(k));
+      recording.truth.back().t = 0.01 * k;
     }
-    EXPECT_EQ(writer->finish(), "");
+    return recording;
+  }
+
+  /// Writes everything into an ASL folder; what fails is a failure of the test.
+  static void write(const std::string& directory, const WriterRig& rig,
+                    const RecordedMotion& recording = TinyRecording::recording()) {
+    ASSERT_EQ(writeAslFolder(directory, rig, recording), "");
+    for (int k = 0; k < kImages; ++k) {
+      EXPECT_EQ(writeAslImage(directory, recording.t0_ns + k * kImageStepNs, image(k)), "");
+    }
   }
 
   /// Expects `sequence` to be what write() wrote, bit for bit.

@@ -15,6 +15,7 @@
 
 #include "evaluation/scratch_folder.h"
 #include "simulation/needs_povray.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/options.h"
@@ -42,6 +43,14 @@ std::unique_ptr<evaluation::ImageSequence> opened(const std::string& path) {
   return sequence;
 }
 
+/// Its camera and calibration.
+Config configured(const std::string& path) {
+  Config config;
+  std::string error;
+  EXPECT_TRUE(loadSensorFiles(path, &config, &error)) << error;
+  return config;
+}
+
 class Simulate : public ::testing::Test {
  protected:
   const ScratchFolder folder;
@@ -56,8 +65,8 @@ TEST_F(Simulate, WritesASequenceThatIsReadBack) {
 
   const auto sequence = opened(folder.file("seq"));
   ASSERT_EQ(sequence->images(), 7u);
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-  const auto& camera = sequence->calibration()->camera;
+  const Config config = configured(folder.file("seq"));
+  const auto& camera = config.camera;
   EXPECT_EQ(camera.width, 150);
   EXPECT_NEAR(camera.fx, 0.2 * 458.654, 1e-9);
   EXPECT_NEAR(camera.distortion[0], -0.28340811, 1e-12);
@@ -68,8 +77,8 @@ TEST_F(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_TRUE(sequence->hasVelocityAndBias());
   // The truth is the motion.
   std::string error;
-  const auto motion = simulation::makeBuiltinTrajectory(
-      "circle", 5.0, sequence->calibration()->calibration.R_b_c, 1, &error);
+  const auto motion =
+      simulation::makeBuiltinTrajectory("circle", 5.0, config.calibration.R_b_c, 1, &error);
   ASSERT_NE(motion, nullptr) << error;
   constexpr std::int64_t kStart = 1400000000000000000;
   for (const NavState& state : sequence->truth()) {
@@ -128,9 +137,8 @@ TEST_F(Simulate, ARollingShutterIsDrawnRowByRow) {
   };
   const auto global = simulate("global", {});
   const auto rolling = simulate("rolling", {"--readout", "0.08"});
-  ASSERT_TRUE(global->calibration().has_value() && rolling->calibration().has_value());
-  EXPECT_EQ(global->calibration()->calibration.readout_s, 0.0);
-  EXPECT_EQ(rolling->calibration()->calibration.readout_s, 0.08);
+  EXPECT_EQ(configured(folder.file("global")).calibration.readout_s, 0.0);
+  EXPECT_EQ(configured(folder.file("rolling")).calibration.readout_s, 0.08);
   ASSERT_EQ(global->images(), rolling->images());
   std::string error;
   const cv::Mat at_once = global->image(1, &error), by_rows = rolling->image(1, &error);
@@ -225,9 +233,9 @@ TEST_F(Simulate, PosesFromAFile) {
     EXPECT_NEAR(sample.accel.norm(), 9.79, 0.3);
   }
   // The folder has the rig.
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-  EXPECT_EQ(sequence->calibration()->calibration.td, 0.03);
-  EXPECT_EQ(sequence->calibration()->calibration.gravity_magnitude, 9.79);
+  const Calibration calibration = configured(folder.file("seq")).calibration;
+  EXPECT_EQ(calibration.td, 0.03);
+  EXPECT_EQ(calibration.gravity_magnitude, 9.79);
   // The velocities are those of its sensor, whose x axis is the body's, up; at the images' time.
   EXPECT_NEAR(static_cast<double>(sequence->speeds().size()), 21.0, 1.0);
   for (const SpeedSample& sample : sequence->speeds()) {

@@ -4,7 +4,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "datasets/csv_table.h"
-#include "datasets/sensor_yaml.h"
 #include "slim_init/evaluation/image_sequence.h"
 
 namespace slim_init::evaluation {
@@ -23,10 +22,6 @@ class AslFolder : public ImageSequence {
     if (std::error_code code; fs::exists(truth, code)) {
       has_velocity_and_bias_ = readTruth(truth, t0_ns_, &truth_, &notes_);
     }
-    SequenceCalibration calibration;
-    calibration_problem_ =
-        readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
-    if (calibration_problem_.empty()) calibration_ = calibration;
   }
 
   cv::Mat image(std::size_t k, std::string* sentence) override {

@@ -14,13 +14,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <type_traits>
 
-#include "datasets/csv_file.h"
 #include "datasets/csv_table.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
@@ -341,88 +342,49 @@ class BagFile : public ImageSequence {
 
 // ------------------------------------------------------------------------------------- writing
 
-class BagWriter : public SequenceWriter {
- public:
-  std::string open(const std::string& file, const BagTopics& topics) {
-    file_ = file;
-    topics_ = topics;
-    std::error_code code;
-    if (const fs::path parent = fs::path(file).parent_path(); !parent.empty()) {
-      fs::create_directories(parent, code);
-    }
-    const std::string problem =
-        guarded([&] { bag_.open(file, static_cast<std::uint32_t>(rosbag::bagmode::Write)); });
-    return problem.empty() ? openTruth(groundtruthFileOf(file), &truth_) : problem;
-  }
-
-  std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
+/// Throws.
+void writeMessages(ImageSequence* sequence, const BagTopics& topics, rosbag::Bag* bag) {
+  const auto write = [bag](const std::string& topic, const char* frame, std::size_t number,
+                           std::int64_t stamp_ns, auto message) {
+    message.header.seq = static_cast<std::uint32_t>(number);
+    message.header.frame_id = frame;
+    message.header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+    bag->write(topic, message.header.stamp, message);
+  };
+  const auto stampOf = [sequence](double t) { return sequence->t0Ns() + std::llround(1e9 * t); };
+  const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
+    to->x = from.x();
+    to->y = from.y();
+    to->z = from.z();
+  };
+  for (std::size_t k = 0; k < sequence->imu().size(); ++k) {
+    const ImuSample& sample = sequence->imu()[k];
     sensor_msgs::Imu message;
-    const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
-      to->x = from.x();
-      to->y = from.y();
-      to->z = from.z();
-    };
     fill(sample.gyro, &message.angular_velocity);
     fill(sample.accel, &message.linear_acceleration);
     message.orientation_covariance[0] = -1.0;  // no orientation, by the message's own definition
-    return write(topics_.imu, "imu0", stamp_ns, &message);
+    write(topics.imu, "imu0", k, stampOf(sample.t), message);
   }
-
-  std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
+  for (std::size_t k = 0; k < sequence->speeds().size(); ++k) {
+    const SpeedSample& sample = sequence->speeds()[k];
     geometry_msgs::TwistWithCovarianceStamped message;
     message.twist.twist.linear.x = sample.velocity.x();
     message.twist.covariance[0] = sample.covariance(0, 0);
-    return write(topics_.speed.empty() ? "/speed0" : topics_.speed, "speed0", stamp_ns, &message);
+    write(topics.speed.empty() ? "/speed0" : topics.speed, "speed0", k, stampOf(sample.t), message);
   }
-
-  std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
+  for (std::size_t k = 0; k < sequence->images(); ++k) {
+    std::string problem;
+    const cv::Mat image = sequence->image(k, &problem);
+    if (!problem.empty()) throw std::runtime_error(problem);
     sensor_msgs::Image message;
     message.height = static_cast<std::uint32_t>(image.rows);
     message.width = static_cast<std::uint32_t>(image.cols);
     message.encoding = "mono8";
     message.step = message.width;
-    const cv::Mat whole = image.isContinuous() ? image : image.clone();
-    message.data.assign(whole.datastart, whole.datastart + whole.total());
-    return write(topics_.image, "cam0", stamp_ns, &message);
+    message.data.assign(image.datastart, image.datastart + image.total());
+    write(topics.image, "cam0", k, sequence->imageStampNs(k), message);
   }
-
-  std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
-    return writeTruth(stamp_ns, state, &truth_);
-  }
-
-  std::string finish() override {
-    std::string problem = guarded([&] { bag_.close(); });
-    return problem.empty() ? truth_.finish() : problem;
-  }
-
- private:
-  template <typename Message>
-  std::string write(const std::string& topic, const char* frame, std::int64_t stamp_ns,
-                    Message* message) {
-    return guarded([&] {
-      message->header.seq = seq_[topic]++;
-      message->header.frame_id = frame;
-      message->header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
-      bag_.write(topic, message->header.stamp, *message);
-    });
-  }
-
-  template <typename Function>
-  std::string guarded(const Function& function) const {
-    try {
-      function();
-    } catch (const std::exception& exception) {
-      return file_ + " cannot be written: " + exception.what();
-    }
-    return "";
-  }
-
-  std::string file_;
-  BagTopics topics_;
-  rosbag::Bag bag_;
-  std::map<std::string, std::uint32_t> seq_;  // of the next message, per topic
-  CsvFile truth_;
-};
+}
 
 }  // namespace
 
@@ -437,12 +399,23 @@ std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopi
   return bag;
 }
 
-std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
-                                              std::string* error) {
-  auto writer = std::make_unique<BagWriter>();
-  *error = writer->open(file, topics);
-  if (!error->empty()) return nullptr;
-  return writer;
+std::string writeBag(const std::string& asl_directory, const BagTopics& topics,
+                     const std::string& file) {
+  ReadStatus status;
+  const auto sequence =
+      openAslFolder(asl_directory, std::numeric_limits<double>::infinity(), &status);
+  if (sequence == nullptr) return status.message;
+  try {
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
+    writeMessages(sequence.get(), topics, &bag);
+    bag.close();
+    if (sequence->truth().empty()) return "";
+    fs::copy_file(fs::path(asl_directory) / "mav0/state_groundtruth_estimate0/data.csv",
+                  groundtruthFileOf(file), fs::copy_options::overwrite_existing);
+  } catch (const std::exception& exception) {
+    return file + " cannot be written: " + exception.what();
+  }
+  return "";
 }
 
 }  // namespace slim_init::evaluation

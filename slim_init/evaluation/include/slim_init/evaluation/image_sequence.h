@@ -7,22 +7,14 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "slim_init/evaluation/recorded.h"
-#include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
-
-/// Calibration that lies beside the data.
-struct SequenceCalibration {
-  Calibration calibration;  ///< extrinsic, noise densities and focal length; the rest is default
-  feature_tracker_lines::CameraParameters camera;
-};
 
 /// A recording with pixels. All times are relative to the first IMU sample, [s]; the nanoseconds
 /// are subtracted as integers. Everything but the pixels is in memory; those are read one image at
@@ -41,6 +33,9 @@ class ImageSequence {
 
   /// Measured velocities, where there are any; ascending in time.
   const std::vector<SpeedSample>& speeds() const { return speeds_; }
+
+  /// Leaves out the images after the first `count`.
+  void keepImages(std::size_t count) { image_stamps_ns_.resize(count); }
 
   /// Puts another IMU in place of the recorded one, ascending in time on the same clock.
   void replaceImu(std::vector<ImuSample> imu) { imu_ = std::move(imu); }
@@ -63,10 +58,6 @@ class ImageSequence {
   /// throws.
   virtual cv::Mat image(std::size_t k, std::string* error) = 0;
 
-  /// From files beside the data, where there are any.
-  const std::optional<SequenceCalibration>& calibration() const { return calibration_; }
-  /// Why there is no calibration(): a sentence; empty where there is one.
-  const std::string& calibrationProblem() const { return calibration_problem_; }
   const Disorder& imuDisorder() const { return imu_disorder_; }
   const Disorder& imageDisorder() const { return image_disorder_; }
   /// One sentence per thing dropped or suspicious.
@@ -82,17 +73,15 @@ class ImageSequence {
   std::vector<NavState> truth_;
   bool has_velocity_and_bias_ = false;
   std::vector<std::int64_t> image_stamps_ns_;
-  std::optional<SequenceCalibration> calibration_;
-  std::string calibration_problem_;
   Disorder imu_disorder_, image_disorder_;
   std::vector<std::string> notes_;
 };
 
 /// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
-/// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
-/// state_groundtruth_estimate0/data.csv and speed0/data.csv. Without sensor.yaml files there is no
-/// calibration(). A step between IMU samples that is longer than `max_imu_gap_s` is noted. On an
-/// error null, and `status` says what, where and which bound (docs/evaluation.md, "Images").
+/// cam0/data/* and, where known,
+/// state_groundtruth_estimate0/data.csv and speed0/data.csv. A step between IMU samples that is
+/// longer than `max_imu_gap_s` is noted. On an error null, and `status` says what, where and which
+/// bound (docs/evaluation.md, "Images").
 std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status);
 

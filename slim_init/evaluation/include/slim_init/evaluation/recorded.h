@@ -3,6 +3,7 @@
 // Recorded inertial data with true motion and image times, without images.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -36,6 +37,8 @@ struct RecordedMotion {
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
   bool has_velocity_and_bias = false;
   std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
+
+  std::int64_t stampNs(double t) const { return t0_ns + std::llround(1e9 * t); }
 };
 
 /// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv, DIR/groundtruth.csv and, if it exists,
