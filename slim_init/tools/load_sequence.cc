@@ -124,6 +124,15 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
   }
 }
 
+/// All but the images and the truth.
+void take(const evaluation::RecordedMotion& recording, evaluation::Sequence* sequence) {
+  sequence->name = recording.name;
+  sequence->t0_ns = recording.t0_ns;
+  sequence->notes = recording.notes;
+  sequence->imu = recording.imu;
+  sequence->speeds = recording.speeds;
+}
+
 /// --recorded or --builtin.
 void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
@@ -137,11 +146,7 @@ void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
                     0.0, options.seed, &motion);
   }
   discardUncovered(sequence.calibration.td, &motion);
-  sequence.name = motion.name;
-  sequence.t0_ns = motion.t0_ns;
-  sequence.notes = std::move(motion.notes);
-  sequence.imu = std::move(motion.imu);
-  sequence.speeds = std::move(motion.speeds);
+  take(motion, &sequence);
   loaded->gyro_bias_truth = motion.gyro_bias_truth;
   addSpeeds(options, *motion.trajectory, &sequence);
   addFeatures(options, *motion.trajectory, motion.image_times, loaded);
@@ -178,14 +183,14 @@ void noteTracking(const evaluation::TrackingSummary& tracking, const std::string
 /// is fitted to sequence.imu; without any truth the sequence has none.
 void addTruth(const evaluation::ImageSequence& images, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
-  const std::string& source = images.name();
-  std::vector<NavState> truth = images.truth();
+  const std::string& source = images.name;
+  std::vector<NavState> truth = images.truth;
   if (truth.empty()) {
     loaded->gyro_bias_truth = "none";
     sequence.notes.push_back(source + ": without ground truth there are no errors to report");
     return;
   }
-  loaded->gyro_bias_truth = settleBiases(images.hasVelocityAndBias(), source + ": ", sequence.imu,
+  loaded->gyro_bias_truth = settleBiases(images.has_velocity_and_bias, source + ": ", sequence.imu,
                                          &truth, &sequence.notes);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
@@ -215,32 +220,26 @@ void loadImages(const AbOptions& options, LoadedSequence* loaded) {
   }
 
   evaluation::Sequence& sequence = loaded->sequence;
-  sequence.name = images->name();
+  take(*images, &sequence);
   options.setReadout(&config.calibration);
   sequence.calibration = config.calibration;
-  sequence.t0_ns = images->t0Ns();
-  sequence.imu = images->imu();
-  sequence.notes = images->notes();
-  sequence.speeds = images->speeds();
   discardUncalibratedSpeeds(&sequence);
   // The front end runs on the same rig as the methods: wrong calibration, worse IMU.
-  std::vector<ImuSample> imu = sequence.imu;
-  check(evaluation::disturbImu(options.rig, &imu), images->name() + ": ");
-  images->replaceImu(std::move(imu));
+  check(evaluation::disturbImu(options.rig, &images->imu), images->name + ": ");
   const Calibration assumed =
       evaluation::assumedCalibration(config.calibration, options.rig, evaluation::kAllTrials);
-  check(assumed.validate(), images->name() + ": the calibration with its errors: ");
+  check(assumed.validate(), images->name + ": the calibration with its errors: ");
 
   evaluation::TrackingSummary tracking;
   {
-    ProgressBar bar(images->name() + ": images", !options.quiet);
+    ProgressBar bar(images->name + ": images", !options.quiet);
     // One thread, as the times in the report say; OpenCV's own cost more than they save here.
     cv::setNumThreads(1);
     check(evaluation::trackImages(
         images.get(), config.camera, assumed, config.front_end,
         [&bar](int done, int total) { bar.update(done, total); }, &sequence.frames, &tracking));
   }
-  noteTracking(tracking, images->name(), &sequence.notes);
+  noteTracking(tracking, images->name, &sequence.notes);
   sequence.tracking = std::move(tracking);
   addTruth(*images, loaded);
 }

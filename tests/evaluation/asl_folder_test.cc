@@ -78,8 +78,8 @@ class AslFolderTest : public ::testing::Test {
 TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
   const auto sequence = opened();
   TinyRecording::expectIn(sequence.get());
-  EXPECT_EQ(sequence->name(), "V9_01");
-  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
+  EXPECT_EQ(sequence->name, "V9_01");
+  EXPECT_TRUE(sequence->notes.empty()) << sequence->notes.front();
 
   const Config config = configured();
   const WriterRig rig = TinyRecording::rig();
@@ -103,7 +103,7 @@ TEST_F(AslFolderTest, AnyOfTheUsualFoldersMayBeNamed) {
        {directory(), directory() + "/", directory() + "/mav0", directory() + "/mav0/"}) {
     const auto sequence = openAslFolder(name, WindowOptions().max_imu_gap_s, &status_);
     ASSERT_NE(sequence, nullptr) << name << ": " << status_.message;
-    EXPECT_EQ(sequence->name(), "V9_01") << name;
+    EXPECT_EQ(sequence->name, "V9_01") << name;
   }
 }
 
@@ -157,7 +157,7 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
     Config config;
     std::string error;
     EXPECT_FALSE(loadSensorFiles(directory(), &config, &error));
-    EXPECT_EQ(config.camera.width, 0) << "as it was";
+    EXPECT_EQ(config.camera.width, feature_tracker_lines::CameraParameters().width) << "as it was";
     EXPECT_TRUE(contains(error, bad.file)) << error;
     expectParts(error, bad.said);
     // --config may still bring a calibration, so the data are no error.
@@ -229,22 +229,22 @@ TEST_F(AslFolderTest, WhatIsOutOfOrderIsSortedInAndWhatRepeatsIsDropped) {
   append("state_groundtruth_estimate0/data.csv",
          truth.substr(second, truth.find('\n', second) + 1 - second));
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imuDisorder().out_of_order, 3);
-  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples + 1u);
-  EXPECT_EQ(sequence->imu()[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
-  EXPECT_EQ(sequence->imu()[1].gyro, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(sequence->imageDisorder().out_of_order, 2);
-  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.out_of_order, 3);
+  EXPECT_EQ(sequence->imu_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu.size(), TinyRecording::kImuSamples + 1u);
+  EXPECT_EQ(sequence->imu[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
+  EXPECT_EQ(sequence->imu[1].gyro, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(sequence->image_disorder.out_of_order, 2);
+  EXPECT_EQ(sequence->image_disorder.repeated, 1);
   EXPECT_EQ(sequence->images(), TinyRecording::kImages + 1u);
-  EXPECT_EQ(sequence->imageStampNs(1), t + 1);
+  EXPECT_EQ(sequence->stampNs(sequence->image_times[1]), t + 1);
   EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(0), cv::NORM_INF), 0.0);
-  ASSERT_EQ(sequence->notes().size(), 3u);
-  expectParts(sequence->notes()[0],
+  ASSERT_EQ(sequence->notes.size(), 3u);
+  expectParts(sequence->notes[0],
               "imu0/data.csv|1 IMU samples with the stamp of another|3 IMU samples out of order|"
               "1 IMU samples that cannot be read or are not finite");
-  expectParts(sequence->notes()[2], "1 rows with the stamp of another");
+  expectParts(sequence->notes[2], "1 rows with the stamp of another");
 }
 
 TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
@@ -254,16 +254,17 @@ TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
   folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(6)).filename().string(), "no image");
   const auto sequence = opened();
   // Without a file: known before anything is decoded.
-  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
+  EXPECT_EQ(sequence->image_disorder.unreadable, 1);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
-  ASSERT_EQ(sequence->notes().size(), 1u);
-  expectParts(sequence->notes()[0], "1 of 20 images");
-  EXPECT_TRUE(contains(sequence->notes()[0], image(3))) << sequence->notes()[0];
+  ASSERT_EQ(sequence->notes.size(), 1u);
+  expectParts(sequence->notes[0], "1 of 20 images");
+  EXPECT_TRUE(contains(sequence->notes[0], image(3))) << sequence->notes[0];
   for (const std::size_t k : {4u, 5u}) {
     std::string error;
     EXPECT_TRUE(sequence->image(k, &error).empty());
     expectParts(error, "cannot be decoded");
-    EXPECT_TRUE(contains(error, std::to_string(sequence->imageStampNs(k)))) << error;
+    EXPECT_TRUE(contains(error, std::to_string(sequence->stampNs(sequence->image_times[k]))))
+        << error;
     EXPECT_TRUE(sequence->image(k, nullptr).empty());
   }
   fs::remove(image(7));  // after opening
@@ -285,8 +286,8 @@ TEST_F(AslFolderTest, ColourBecomesGrey) {
 TEST_F(AslFolderTest, TruthIsOptional) {
   fs::remove_all(file("state_groundtruth_estimate0"));
   const auto sequence = opened();
-  EXPECT_TRUE(sequence->truth().empty());
-  EXPECT_TRUE(sequence->notes().empty());
+  EXPECT_TRUE(sequence->truth.empty());
+  EXPECT_TRUE(sequence->notes.empty());
 }
 
 TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
@@ -296,10 +297,10 @@ TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
   }
   folder_.write("V9_01/mav0/state_groundtruth_estimate0/data.csv", rows);
   const auto sequence = opened();
-  ASSERT_EQ(sequence->truth().size(), 10u);
-  EXPECT_FALSE(sequence->hasVelocityAndBias());
-  EXPECT_EQ(sequence->truth()[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
-  EXPECT_TRUE(std::isnan(sequence->truth()[0].gyro_bias.x()));
+  ASSERT_EQ(sequence->truth.size(), 10u);
+  EXPECT_FALSE(sequence->has_velocity_and_bias);
+  EXPECT_EQ(sequence->truth[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
+  EXPECT_TRUE(std::isnan(sequence->truth[0].gyro_bias.x()));
 }
 
 TEST_F(AslFolderTest, WriterRefusesAnOccupiedFolder) {

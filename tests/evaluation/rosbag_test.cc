@@ -125,8 +125,8 @@ TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
       open({"/imu0", "/cam0/image_raw", "/speed0", true}, groundtruthFileOf(file()));
   ASSERT_NE(sequence, nullptr) << status_.message;
   TinyRecording::expectIn(sequence.get());
-  EXPECT_EQ(sequence->name(), "tiny");
-  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
+  EXPECT_EQ(sequence->name, "tiny");
+  EXPECT_TRUE(sequence->notes.empty()) << sequence->notes.front();
 }
 
 // nav_msgs/Odometry has a frame and a pose before the velocity; all three components are measured.
@@ -161,18 +161,18 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
   });
   BagTopics topics = {"/imu0", "/cam0/image_raw", "odom", false};
   const auto sequence = opened(topics);
-  ASSERT_EQ(sequence->speeds().size(), 2u);
-  const SpeedSample& second = sequence->speeds()[1];
+  ASSERT_EQ(sequence->speeds.size(), 2u);
+  const SpeedSample& second = sequence->speeds[1];
   EXPECT_NEAR(second.t, 0.1, 1e-12);
   EXPECT_EQ(second.velocity, Eigen::Vector3d(2.0, -0.5, 0.0));
   EXPECT_EQ(second.covariance(1, 2), 8.0);
   EXPECT_FALSE(second.forward_only);
-  EXPECT_TRUE(contains(sequence->notes().front(), "velocities")) << sequence->notes().front();
+  EXPECT_TRUE(contains(sequence->notes.front(), "velocities")) << sequence->notes.front();
   topics.speed = "/wheel";
   const auto without = open(topics);
   ASSERT_NE(without, nullptr) << status_.message;
-  EXPECT_TRUE(without->speeds().empty());
-  expectParts(without->notes().front(), "no topic /wheel|speed_topic");
+  EXPECT_TRUE(without->speeds.empty());
+  expectParts(without->notes.front(), "no topic /wheel|speed_topic");
   topics.speed = "/imu1";
   EXPECT_EQ(open(topics), nullptr);
   expectParts(status_.message, "speed_topic|/imu1|sensor_msgs/Imu|nav_msgs/Odometry");
@@ -181,7 +181,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
 TEST_F(RosbagTest, WithoutTruthAndWithoutLeadingSlashes) {
   writeTiny();
   const auto sequence = opened({"imu0", "cam0/image_raw", "", true});
-  EXPECT_TRUE(sequence->truth().empty());
+  EXPECT_TRUE(sequence->truth.empty());
   EXPECT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages));
 }
 
@@ -254,7 +254,8 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
   const auto problem = [&](std::size_t k) {
     std::string error;
     EXPECT_TRUE(sequence->image(k, &error).empty()) << k;
-    EXPECT_TRUE(contains(error, "/cam0/image_raw at " + std::to_string(sequence->imageStampNs(k))))
+    EXPECT_TRUE(contains(
+        error, "/cam0/image_raw at " + std::to_string(sequence->stampNs(sequence->image_times[k]))))
         << error;
     return error;
   };
@@ -292,11 +293,11 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
   });
   const auto sequence = opened();
   ASSERT_EQ(sequence->images(), 4u);
-  EXPECT_EQ(sequence->imageDisorder().out_of_order, 1);
-  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
+  EXPECT_EQ(sequence->image_disorder.out_of_order, 1);
+  EXPECT_EQ(sequence->image_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu.size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(cv::norm(sequence->image(k, nullptr), TinyRecording::image(static_cast<int>(k)),
                        cv::NORM_INF),
@@ -304,7 +305,7 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
         << k;
   }
   std::string notes;
-  for (const std::string& note : sequence->notes()) notes += note + "\n";
+  for (const std::string& note : sequence->notes) notes += note + "\n";
   expectParts(notes, "1 images out of order|not finite");
 }
 
@@ -340,9 +341,9 @@ TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
   damage(std::string("\x04\0\0\0imu0", 8), 10, huge);
   folder_.write("tiny.bag", bytes);
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples - 1u);
+  EXPECT_EQ(sequence->image_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu.size(), TinyRecording::kImuSamples - 1u);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
   std::string error;
   EXPECT_TRUE(sequence->image(4, &error).empty());
@@ -461,7 +462,7 @@ TEST_F(RosbagTest, UnusualBagsAreRead) {
     writeSmallImages(&bag);
   }
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
+  EXPECT_EQ(sequence->imu.size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   EXPECT_EQ(sequence->images(), 3U);
 }
 

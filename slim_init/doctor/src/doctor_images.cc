@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "slim_init/evaluation/statistics.h"
@@ -65,13 +63,14 @@ double edgeSigma(const cv::Mat& image) {
 /// Keeps the first images, with the IMU data of their time.
 void keepFirst(std::size_t count, ImageSequence* images) {
   if (count >= images->images()) return;
-  images->keepImages(count);
+  images->image_times.resize(count);
   constexpr double kMargin = 1.0;  // for the search for a time offset [s]
-  const double begin = images->imageTime(0) - kMargin, end = images->imageTime(count - 1) + kMargin;
-  std::vector<ImuSample> imu;
-  std::copy_if(images->imu().begin(), images->imu().end(), std::back_inserter(imu),
-               [=](const ImuSample& s) { return s.t >= begin && s.t <= end; });
-  images->replaceImu(std::move(imu));
+  const double begin = images->image_times.front() - kMargin;
+  const double end = images->image_times.back() + kMargin;
+  std::vector<ImuSample>& imu = images->imu;
+  imu.erase(std::remove_if(imu.begin(), imu.end(),
+                           [=](const ImuSample& s) { return s.t < begin || s.t > end; }),
+            imu.end());
 }
 
 }  // namespace
@@ -94,15 +93,15 @@ DoctorData readDoctorData(ImageSequence* images,
                           const feature_tracker_lines::FrontEndOptions& front_end, int limit,
                           const std::function<void(int done, int total)>& progress) {
   DoctorData data;
-  data.name = images->name();
+  data.name = images->name;
   data.calibration = calibration;
   data.lines_enabled = front_end.lines.enabled;
-  data.imu_disorder = images->imuDisorder();
-  data.image_disorder = images->imageDisorder();
+  data.imu_disorder = images->imu_disorder;
+  data.image_disorder = images->image_disorder;
 
-  const std::size_t all_images = images->images(), all_imu = images->imu().size();
+  const std::size_t all_images = images->images(), all_imu = images->imu.size();
   if (limit > 0) keepFirst(static_cast<std::size_t>(limit), images);
-  data.imu = images->imu();
+  data.imu = images->imu;
   data.imu_beyond_limit = all_imu - data.imu.size();
   data.images_beyond_limit = all_images - images->images();
   // Two rounds: the tracker skips images that the IMU does not cover.
@@ -111,8 +110,8 @@ DoctorData readDoctorData(ImageSequence* images,
   for (int k = 0; k < total; ++k) {
     const auto index = static_cast<std::size_t>(k);
     const cv::Mat image = images->image(index, nullptr);
-    data.images.push_back(
-        imageFacts(images->imageTime(index), image, before, cv::Size(camera.width, camera.height)));
+    data.images.push_back(imageFacts(images->image_times[index], image, before,
+                                     cv::Size(camera.width, camera.height)));
     before = image;
     if (progress) progress(k + 1, 2 * total);
   }

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <limits>
@@ -42,7 +41,7 @@ std::string withoutSlash(const std::string& topic) {
   return topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
 }
 
-std::int64_t stampNs(const ros::Time& time) {
+std::int64_t stampOf(const ros::Time& time) {
   return std::int64_t{1000000000} * time.sec + time.nsec;
 }
 
@@ -91,7 +90,7 @@ std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
   ros::serialization::IStream in = streamOf(&bytes);
   std_msgs::Header header;
   ros::serialization::deserialize(in, header);
-  return stampNs(header.stamp);
+  return stampOf(header.stamp);
 }
 
 /// Velocity and covariance of a kTwistType or kOdometryType; returns the stamp.
@@ -113,7 +112,7 @@ std::int64_t readTwist(const rosbag::MessageInstance& message, SpeedSample* samp
   sample->covariance =
       Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(twist.covariance.data())
           .topLeftCorner<3, 3>();
-  return stampNs(header.stamp);
+  return stampOf(header.stamp);
 }
 
 /// Grey image of a message, or a sentence about it.
@@ -155,7 +154,7 @@ class BagFile : public ImageSequence {
   void open(const std::string& file, const BagTopics& topics, const std::string& groundtruth_file,
             double max_imu_gap_s) {
     file_ = file;
-    name_ = fs::path(lastComponent(file)).stem().string();
+    name = fs::path(lastComponent(file)).stem().string();
     std::error_code code;
     if (!fs::is_regular_file(file, code)) {
       fail(file, fs::exists(file, code) ? " is not a regular file" : " does not exist");
@@ -185,7 +184,7 @@ class BagFile : public ImageSequence {
     }
     if (problem.empty()) return grey;
     if (sentence != nullptr) {
-      *sentence = text(file_, ": image of ", message.getTopic(), " at ", image_stamps_ns_[k],
+      *sentence = text(file_, ": image of ", message.getTopic(), " at ", stampNs(image_times[k]),
                        " ns ", problem);
     }
     return cv::Mat();
@@ -204,7 +203,7 @@ class BagFile : public ImageSequence {
           fail(file_, ": ", key, " ", wanted, " carries ", quoted(type), ", must be ",
                types.front(), types.size() > 1 ? " or " + types[1] : "");
         }
-        if (!suffix.empty()) notes_.push_back(file_ + ": " + wanted + " is there as " + name);
+        if (!suffix.empty()) notes.push_back(file_ + ": " + wanted + " is there as " + name);
         return name;
       }
     }
@@ -232,7 +231,7 @@ class BagFile : public ImageSequence {
       return withoutSlash(topic.first) == withoutSlash(topics.speed);
     });
     if (!topics.speed.empty() && !has_speeds) {
-      notes_.push_back(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
+      notes.push_back(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
     }
     std::string speed_topic;
     if (has_speeds) {
@@ -242,7 +241,7 @@ class BagFile : public ImageSequence {
     if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
     readImageStamps(image_topic);
     if (groundtruth_file.empty()) return;
-    has_velocity_and_bias_ = readTruth(groundtruth_file, t0_ns_, &truth_, &notes_);
+    has_velocity_and_bias = readTruth(groundtruth_file, t0_ns, &truth, &notes);
   }
 
   template <typename Value>
@@ -271,7 +270,7 @@ class BagFile : public ImageSequence {
     }
     *disorder = sortByStamp(&values);
     disorder->unreadable = unreadable;
-    noteDisorder(file_ + " " + topic, what, *disorder, &notes_);
+    noteDisorder(file_ + " " + topic, what, *disorder, &notes);
     return values;
   }
 
@@ -292,17 +291,17 @@ class BagFile : public ImageSequence {
       if (!sample->gyro.allFinite() || !sample->accel.allFinite()) {
         throw std::runtime_error("not finite");
       }
-      return stampNs(message->header.stamp);
+      return stampOf(message->header.stamp);
     };
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &imu_disorder_);
+    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &imu_disorder);
     checkCount(topic, samples.size(), kMinImuSamples);
-    t0_ns_ = samples.front().stamp_ns;
+    t0_ns = samples.front().stamp_ns;
     for (Stamped<ImuSample>& sample : samples) {
-      sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
-      imu_.push_back(sample.value);
+      sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns);
+      imu.push_back(sample.value);
     }
-    noteImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr, &notes_);
+    noteImuGaps(file_ + ": " + topic, imu, max_imu_gap_s, /*table=*/nullptr, &notes);
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
@@ -311,8 +310,8 @@ class BagFile : public ImageSequence {
     for (Stamped<SpeedSample>& speed :
          readTopic<SpeedSample>(&view, topic, "velocities", readTwist, &disorder)) {
       speed.value.forward_only = forward_only;
-      speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns_);
-      speeds_.push_back(speed.value);
+      speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns);
+      speeds.push_back(speed.value);
     }
   }
 
@@ -326,8 +325,8 @@ class BagFile : public ImageSequence {
       return stamp_ns;
     };
     for (const Stamped<std::size_t>& image :
-         readTopic<std::size_t>(image_view_.get(), topic, "images", read, &image_disorder_)) {
-      image_stamps_ns_.push_back(image.stamp_ns);
+         readTopic<std::size_t>(image_view_.get(), topic, "images", read, &image_disorder)) {
+      image_times.push_back(relativeSeconds(image.stamp_ns, t0_ns));
       message_of_image_.push_back(image.value);
     }
     checkCount(topic, images(), kMinImages);
@@ -351,26 +350,26 @@ void writeMessages(ImageSequence* sequence, const BagTopics& topics, rosbag::Bag
     message.header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
     bag->write(topic, message.header.stamp, message);
   };
-  const auto stampOf = [sequence](double t) { return sequence->t0Ns() + std::llround(1e9 * t); };
   const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
     to->x = from.x();
     to->y = from.y();
     to->z = from.z();
   };
-  for (std::size_t k = 0; k < sequence->imu().size(); ++k) {
-    const ImuSample& sample = sequence->imu()[k];
+  for (std::size_t k = 0; k < sequence->imu.size(); ++k) {
+    const ImuSample& sample = sequence->imu[k];
     sensor_msgs::Imu message;
     fill(sample.gyro, &message.angular_velocity);
     fill(sample.accel, &message.linear_acceleration);
     message.orientation_covariance[0] = -1.0;  // no orientation, by the message's own definition
-    write(topics.imu, "imu0", k, stampOf(sample.t), message);
+    write(topics.imu, "imu0", k, sequence->stampNs(sample.t), message);
   }
-  for (std::size_t k = 0; k < sequence->speeds().size(); ++k) {
-    const SpeedSample& sample = sequence->speeds()[k];
+  for (std::size_t k = 0; k < sequence->speeds.size(); ++k) {
+    const SpeedSample& sample = sequence->speeds[k];
     geometry_msgs::TwistWithCovarianceStamped message;
     message.twist.twist.linear.x = sample.velocity.x();
     message.twist.covariance[0] = sample.covariance(0, 0);
-    write(topics.speed.empty() ? "/speed0" : topics.speed, "speed0", k, stampOf(sample.t), message);
+    write(topics.speed.empty() ? "/speed0" : topics.speed, "speed0", k, sequence->stampNs(sample.t),
+          message);
   }
   for (std::size_t k = 0; k < sequence->images(); ++k) {
     std::string problem;
@@ -382,7 +381,7 @@ void writeMessages(ImageSequence* sequence, const BagTopics& topics, rosbag::Bag
     message.encoding = "mono8";
     message.step = message.width;
     message.data.assign(image.datastart, image.datastart + image.total());
-    write(topics.image, "cam0", k, sequence->imageStampNs(k), message);
+    write(topics.image, "cam0", k, sequence->stampNs(sequence->image_times[k]), message);
   }
 }
 
@@ -409,7 +408,7 @@ std::string writeBag(const std::string& asl_directory, const BagTopics& topics,
     rosbag::Bag bag(file, rosbag::bagmode::Write);
     writeMessages(sequence.get(), topics, &bag);
     bag.close();
-    if (sequence->truth().empty()) return "";
+    if (sequence->truth.empty()) return "";
     fs::copy_file(fs::path(asl_directory) / "mav0/state_groundtruth_estimate0/data.csv",
                   groundtruthFileOf(file), fs::copy_options::overwrite_existing);
   } catch (const std::exception& exception) {

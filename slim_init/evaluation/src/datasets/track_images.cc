@@ -48,7 +48,7 @@ std::string trackImages(ImageSequence* images,
                         std::vector<FrameObservation>* frames, TrackingSummary* summary) {
   frames->clear();
   *summary = TrackingSummary();
-  const std::vector<ImuSample>& imu = images->imu();
+  const std::vector<ImuSample>& imu = images->imu;
   ImageFrontEnd front_end(camera, calibration, options);
   std::vector<double> total_ms;
   const int total = static_cast<int>(images->images());
@@ -59,7 +59,7 @@ std::string trackImages(ImageSequence* images,
   };
 
   for (std::size_t k = 0; k < images->images(); ++k) {
-    const double t = images->imageTime(k);
+    const double t = images->image_times[k];
     const double t_imu = t + calibration.td;
     if (imu.empty() || t_imu < imu.front().t || t_imu > imu.back().t) {
       ++summary->outside_imu;
@@ -80,9 +80,9 @@ std::string trackImages(ImageSequence* images,
     const ImageStatus status = front_end.addImage(t, image, &frame);
     if (status != ImageStatus::kTracked) {
       ++summary->refused;
-      problem(text("image at ", images->imageStampNs(k), " ns was refused (", toString(status),
-                   "): it has ", image.cols, " x ", image.rows, " pixels, the camera ",
-                   camera.width, " x ", camera.height));
+      problem(text("image at ", images->stampNs(images->image_times[k]), " ns was refused (",
+                   toString(status), "): it has ", image.cols, " x ", image.rows,
+                   " pixels, the camera ", camera.width, " x ", camera.height));
       continue;
     }
     total_ms.push_back(front_end.report().total_ms);
@@ -94,7 +94,7 @@ std::string trackImages(ImageSequence* images,
   countFeatures(*frames, summary);
   summary->total_ms_median = median(total_ms);
   if (summary->tracked >= 2) return "";
-  return text(images->name(), ": ", summary->tracked, " of ", total,
+  return text(images->name, ": ", summary->tracked, " of ", total,
               " images could be tracked (minimum 2): ", summary->outside_imu,
               " lie outside the IMU data, ", summary->unreadable, " cannot be read, ",
               summary->refused, " were refused",
