@@ -37,11 +37,11 @@ constexpr int kWorldSegmentsPerTrackedLine = 10;
 
 /// The rig of --config, otherwise EuRoC's.
 Calibration calibrationFor(const AbOptions& options) {
-  Calibration calibration =
-      options.config != nullptr ? options.config->calibration : eurocCalibration();
-  calibration.sigmas = options.sigmas;
-  calibration.sigma_px = options.sigma_px;
-  calibration.sigma_line_px = options.sigma_line_px;
+  const Calibration& of_files = options.config->calibration;
+  Calibration calibration = options.config_file.empty() ? eurocCalibration() : of_files;
+  calibration.sigmas = of_files.sigmas;
+  calibration.sigma_px = of_files.sigma_px;
+  calibration.sigma_line_px = of_files.sigma_line_px;
   options.setReadout(&calibration);
   return calibration;
 }
@@ -49,7 +49,7 @@ Calibration calibrationFor(const AbOptions& options) {
 /// The camera of --config without its distortion, otherwise EuRoC's.
 simulation::PinholeCamera cameraOf(const AbOptions& options) {
   simulation::PinholeCamera camera = options.features.camera;
-  if (options.config != nullptr) {
+  if (!options.config_file.empty()) {
     const feature_tracker_lines::CameraParameters& from = options.config->camera;
     camera.width = from.width;
     camera.height = from.height;
