@@ -118,13 +118,13 @@ InitResult Solve::run() {
   decide(false, &result_);
   nameSuccess(metric);
   if (state_ == nullptr) {
-    keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result_);
+    keepObservable(motion.mean_force, seen.calibration().gravity_magnitude, &result_);
   }
   clock.lap("verdict");
   if (!result_.hasEstimate() && (result_.success() || state_ != nullptr)) {
     failWithoutEstimate(translation);
   }
-  if (state_ == nullptr) nameMissingGravity(meanForce(pre, R_b0_bk).norm());
+  if (state_ == nullptr) nameMissingGravity(motion.mean_force.norm());
   failAtLimit(&budget_, &result_);
   return result_;
 }

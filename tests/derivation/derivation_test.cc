@@ -340,7 +340,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), inertial);
     VisualInertialProblem map(*window, window->lineTracks(), pre, options, inertial);
-    EXPECT_TRUE(map.minimize(0, &state).valid);
+    EXPECT_TRUE(map.minimize(0, RefinementOptions().tolerance, &state).valid);
     // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
     const MatrixXd information = withoutRig(map.information());
     VectorXd unit = VectorXd::Ones(information.rows());

@@ -46,7 +46,7 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
   VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, options, inertial);
   WindowState state = moved(truth, 0.02, 3, true);
-  const MapSummary summary = map.minimize(options.max_iterations, &state);
+  const MapSummary summary = map.minimize(options.max_iterations, options.tolerance, &state);
   ASSERT_TRUE(summary.valid);
   EXPECT_TRUE(summary.converged);
   // What is left are line parameters that the views hardly determine; they move no state.
@@ -88,7 +88,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
       preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, inertial);
   VisualInertialProblem map(window, window.lineTracks(), pre, options, inertial);
   WindowState ours = truth;
-  const MapSummary summary = map.minimize(200, &ours);
+  const MapSummary summary = map.minimize(200, options.tolerance, &ours);
   ASSERT_TRUE(summary.valid && summary.converged);
 
   const int n = window.size();
@@ -177,15 +177,16 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
         preintegrateInflated(*window, truth.gyro_bias, truth.accel_bias, inertial);
     VisualInertialProblem map(*window, window->lineTracks(), pre, options, inertial);
     WindowState state = moved(truth, 0.02, seed, true);
-    const MapSummary summary = map.minimize(30, &state);
+    const MapSummary summary = map.minimize(30, options.tolerance, &state);
     ASSERT_TRUE(summary.valid && summary.converged) << seed;
     worst = std::max(worst, stepLeft(state, &map));
     // A farther start; if its tracks took no steps of their own, four would end where no view fits.
     VisualInertialProblem clean(*exact.window, exact.window->lineTracks(), pre, options, inertial);
     state = moved(truth, 0.05, seed, true);
-    clean.minimize(30, &state);
+    clean.minimize(30, options.tolerance, &state);
     // Of the end: the cost that a minimisation returns is that before its last step.
-    EXPECT_LT(clean.resume(1, &state).visual_cost, 1.5 * clean.visualDof()) << seed;
+    EXPECT_LT(clean.resume(1, options.tolerance, &state).visual_cost, 1.5 * clean.visualDof())
+        << seed;
   }
   // Half a sigma: the last step was shorter than that, and outliers that creep have moved the
   // minimum since.
@@ -209,7 +210,7 @@ TEST(VisualInertialProblem, PriorOnTheMotion) {
   VisualInertialProblem without = with({}), map = with({WindowPriors().rig, prior});
   WindowState state = truth;
   state.accel_bias.setZero();  // else its prior has a tail in one of them
-  const double cost = map.minimize(0, &state).cost - without.minimize(0, &state).cost;
+  const double cost = map.minimize(0, 1.0, &state).cost - without.minimize(0, 1.0, &state).cost;
   const int n = state.size(), middle = MotionPrior::middle(n);
   const double change_sigma = 0.5 * (exact.window->times().back() - exact.window->times().front());
   const Eigen::Vector3d change = state.v_b0.col(n - 1) - state.v_b0.col(0);
@@ -243,7 +244,7 @@ TEST(VisualInertialProblem, PriorOnTheBiases) {
   priors.biases = {truth.gyro_bias.array() + 0.01, truth.accel_bias.array() - 0.1, 1e-4, 1e-3};
   VisualInertialProblem map(*exact.window, {}, pre, RefinementOptions(), inertial, priors);
   WindowState state = truth;
-  const double inertial_cost = map.minimize(0, &state).inertial_cost;
+  const double inertial_cost = map.minimize(0, 1.0, &state).inertial_cost;
   EXPECT_NEAR(inertial_cost, 3.0 * (1e4 + 1e4), 0.02 * inertial_cost);
   ASSERT_TRUE(map.minimize(50, 1e-10, &state).converged);
   EXPECT_LT(stepLeft(state, &map), 1e-8);
@@ -259,7 +260,7 @@ TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
   VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, options, inertial);
   WindowState state = truth;
-  ASSERT_TRUE(map.minimize(10, &state).valid);
+  ASSERT_TRUE(map.minimize(10, options.tolerance, &state).valid);
   const MapResiduals residuals = map.residuals();
   ASSERT_EQ(static_cast<int>(residuals.points.size()), map.pointViews());
   const double bound = 1.0 / exact.calibration.focal_px;
@@ -271,7 +272,7 @@ TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   EXPECT_LE(map.pointViews(), before - beyond);  // tracks with one view left go as well
   EXPECT_GE(map.pointViews(), before - 2 * beyond);
   for (double r : map.residuals().points) EXPECT_LE(r, bound);
-  EXPECT_TRUE(map.resume(10, &state).valid);
+  EXPECT_TRUE(map.resume(10, options.tolerance, &state).valid);
 }
 
 }  // namespace

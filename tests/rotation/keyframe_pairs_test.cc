@@ -126,7 +126,7 @@ TEST(FindBaselines, FindsThoseOfTheMotionAndKeepsWhatIsBeyondTheGaps) {
   const WindowState truth = trueState(exact);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(atBias(truth.gyro_bias));
-  Baselines found = unknownBaselines(pairs);
+  Baselines found(pairs.size(), Eigen::Vector3d::Zero());
   found.back() = Vector3d::UnitY();
   EXPECT_LT(findBaselines(pairs, gyro.at(atBias(truth.gyro_bias), pairs, 4), 4, {}, &found), 1e-3);
   EXPECT_EQ(found.back(), Vector3d::UnitY());
@@ -185,11 +185,11 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   const int max_gap = kLongestGap;
   const auto minimum = [&]() {
     return problem.minimize(atBias(window.gyro_bias), max_gap, kNarrowStart, {},
-                            unknownBaselines(problem.pairs()));
+                            Baselines(problem.pairs().size(), Eigen::Vector3d::Zero()));
   };
   const RotationUnknowns first = minimum().x;
   // At another bias, with other weights: nothing of it stays but where the gyro was integrated.
-  Baselines elsewhere = unknownBaselines(problem.pairs());
+  Baselines elsewhere(problem.pairs().size(), Eigen::Vector3d::Zero());
   problem.weigh(atBias(Vector3d(0.3, -0.3, 0.3)), max_gap, 3.0, {}, &elsewhere);
   EXPECT_LT((minimum().x - first).norm(), 1e-9);
 }

@@ -36,7 +36,7 @@ Vector3d unprunedBias(const InitWindow& window) {
   const InertialOptions inertial;
   MultiGapProblem problem(window, nullptr, inertial, RigPrior());
   const int gap = kLongestGap;
-  Baselines drawn = unknownBaselines(problem.pairs());
+  Baselines drawn(problem.pairs().size(), Eigen::Vector3d::Zero());
   findBaselines(problem.pairs(), problem.rotationsAt(RotationUnknowns::Zero(), gap), gap, {10.0},
                 &drawn);
   return problem

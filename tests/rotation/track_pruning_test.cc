@@ -20,7 +20,7 @@ TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
   const KeyframePairs pairs(window, kLongGap);
   GyroRotations gyro(window);
   gyro.linearizeNear(atBias(gyro_bias));
-  Baselines baselines = unknownBaselines(pairs);
+  Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
   return pruneTracks(window, pairs, gyro.at(atBias(gyro_bias), pairs, kLongGap), {kAgreementSigmas},
                      &baselines);
 }
@@ -101,7 +101,7 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   const KeyframePairs pairs(*exact.window, 8);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(atBias(bias));
-  Baselines baselines = unknownBaselines(pairs);
+  Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
   baselines.back() = Vector3d::UnitY();
   const TrackPruning shared = pruneTracks(
       *exact.window, pairs, gyro.at(atBias(bias), pairs, kLongGap), {kAgreementSigmas}, &baselines);

@@ -77,7 +77,8 @@ Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOpt
   WindowState state = trueState(out.exact);
   out.pre = preintegrateInflated(*out.exact.window, state.gyro_bias, state.accel_bias, inertial);
   VisualInertialProblem map(*out.exact.window, {}, out.pre, leastSquares(), inertial);
-  const MapSummary summary = map.minimize(leastSquares().max_iterations, &state);
+  const MapSummary summary =
+      map.minimize(leastSquares().max_iterations, leastSquares().tolerance, &state);
   EXPECT_TRUE(summary.valid);
   out.refined.valid = summary.valid;
   out.refined.state = state;

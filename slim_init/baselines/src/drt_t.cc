@@ -99,7 +99,8 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
   clock.lap("translation");
 
   // First velocity and gravity from both (section 4.2, tightly coupled).
-  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
+  const MotionMeasures measured = measureMotion(window, pre, R_b0_bk);
+  result.gates = motionGates(measured, options.gates);
   TightEstimate alignment;
   if (visual.valid) alignment = alignTightly(motion, visual, calibration);
   clock.lap("alignment");
@@ -114,7 +115,7 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
                        gatesInForce(options.gates, window, options.window).max_scale_sigma),
         &result);
   }
-  decideAlignment(window, pre, R_b0_bk, visual, alignment.valid, options, &result);
+  decideAlignment(window, measured, visual, alignment.valid, options, &result);
   clock.lap("verdict");
   return result;
 }

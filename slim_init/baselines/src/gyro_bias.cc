@@ -213,7 +213,7 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
     steps.relative_decrease = 0.5 * kCostTolerance;
     steps.shortest_step = kStepTolerance;
     Quadratic at = evaluate(estimate.gyro_bias);
-    minimizeLevenbergMarquardt(steps, evaluate, dampDiagonal, isBetter, &estimate.gyro_bias, &at);
+    minimizeLevenbergMarquardt(steps, evaluate, dampDiagonal, &estimate.gyro_bias, &at, isBetter);
     if ((estimate.gyro_bias - start).norm() < kRelinearizeTolerance) break;
   }
   estimate.valid = estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= kMaxGyroBias;

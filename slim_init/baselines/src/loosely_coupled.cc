@@ -74,12 +74,11 @@ std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures, double 
   return gates;
 }
 
-void decideAlignment(const InitWindow& window, const std::vector<Preintegration>& pre,
-                     const std::vector<Eigen::Matrix3d>& R_b0_bk,
+void decideAlignment(const InitWindow& window, const MotionMeasures& motion,
                      const TranslationEstimate& translation, bool solved,
                      const InitializerOptions& options, InitResult* result) {
   decide(options.gates.mode == GateMode::kOn, result);
-  keepObservable(pre, R_b0_bk, window.calibration().gravity_magnitude, result);
+  keepObservable(motion.mean_force, window.calibration().gravity_magnitude, result);
   if (solved || !result->success()) return;
   if (translation.valid) {
     fail(InitStatus::kNumericalFailure,
@@ -129,7 +128,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
     result->scale = std::copysign(result->scale, alignment.scale);
     result->scale_sigma = alignment.scale_sigma;
   }
-  decideAlignment(window, pre, R_b0_bk, translation, alignment.valid, options, result);
+  decideAlignment(window, motion, translation, alignment.valid, options, result);
   clock->lap("verdict");
 }
 

@@ -61,8 +61,7 @@ std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures, double 
 /// The end of a method: the status that the gates give and, where none has refused and yet the
 /// alignment is not `solved`, the refusal: too few tracks for the translations, or a singular
 /// system.
-void decideAlignment(const InitWindow& window, const std::vector<Preintegration>& pre,
-                     const std::vector<Eigen::Matrix3d>& R_b0_bk,
+void decideAlignment(const InitWindow& window, const MotionMeasures& motion,
                      const TranslationEstimate& translation, bool solved,
                      const InitializerOptions& options, InitResult* result);
 

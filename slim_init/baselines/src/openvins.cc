@@ -182,9 +182,10 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   for (const NavState& state : result.states) {
     R_refined.push_back(result.states.front().R_w_b.transpose() * state.R_w_b);
   }
-  result.gates = motionGates(measureMotion(window, pre, R_refined), options.gates);
+  const MotionMeasures motion = measureMotion(window, pre, R_refined);
+  result.gates = motionGates(motion, options.gates);
   decide(options.gates.mode == GateMode::kOn, &result);
-  keepObservable(pre, R_refined, calibration.gravity_magnitude, &result);
+  keepObservable(motion.mean_force, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   return result;
 }

@@ -86,7 +86,8 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
   result.gyro_bias = calibrateGyroBias(window, R_b0_bk);
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, result.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
-  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
+  const MotionMeasures motion = measureMotion(window, pre, R_b0_bk);
+  result.gates = motionGates(motion, options.gates);
   clock.lap("gyro_bias");
 
   // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the
@@ -112,7 +113,7 @@ InitResult solveVins(const InitWindow& window, const InitializerOptions& options
     if (gate.name != GateName::kLinkage) result.gates.push_back(gate);
   }
   decide(options.gates.mode == GateMode::kOn, &result);
-  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+  keepObservable(motion.mean_force, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   return result;
 }

@@ -128,7 +128,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
                                td_shift);
     map.setPreintegrated(td_shift);
   }
-  const MapSummary summary = map.resume(options.max_iterations, &out.state);
+  const MapSummary summary = map.resume(options.max_iterations, options.tolerance, &out.state);
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);

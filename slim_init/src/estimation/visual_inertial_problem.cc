@@ -21,12 +21,10 @@ constexpr double kMinTrackInformation = 1e-6;
 // move.
 constexpr double kTrackStep = 1.0;
 // Marquardt damping, relative to the diagonal of the information: at the start, and its floor after
-// good steps.
+// good steps. Refused, a step raises it from the first on at least: from the smallest one it would
+// take four refusals to matter.
 constexpr double kFirstDamping = 1e-6;
 constexpr double kSmallestDamping = 1e-9;
-// Damping is at least this much after a step that was refused, ten times that after a matrix that
-// was not positive definite: from the smallest one it would take four refusals to matter.
-constexpr double kDampingAfterRefusal = 1e-5;
 // A cost that rises by less than this share is equal: rounding of its sum.
 constexpr double kCostRounding = 1e-12;
 // Work of a linearisation per view, per pair of views of a track (with a rolling shutter), per
@@ -450,17 +448,14 @@ void VisualInertialProblem::addToPoses(const Track& range, const std::vector<Vie
 }
 
 double VisualInertialProblem::workOfLinearization() const {
-  double views = 0.0, pairs = 0.0;
+  const double m = layout_.size(), per_pair = rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews;
+  double work = kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
   for (const std::vector<Track>* tracks : {&points_.ranges, &lines_.ranges}) {
     for (const Track& track : *tracks) {
-      const double of_track = track.size();
-      views += of_track;
-      pairs += of_track * (of_track + 1.0) / 2.0;
+      work += track.size() * (kWorkPerView + per_pair * (track.size() + 1.0) / 2.0);
     }
   }
-  const double m = layout_.size();
-  return kWorkPerView * views + (rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews) * pairs +
-         kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
+  return work;
 }
 
 void VisualInertialProblem::linearize(const WindowState& state, Structure* structure,
@@ -515,31 +510,16 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
   return moved;
 }
 
-// Without the gauge, whose part of the step is zero.
-bool VisualInertialProblem::gaussNewtonStep(double damping, Eigen::VectorXd* step) const {
+std::optional<double> VisualInertialProblem::gaussNewtonStep(double damping,
+                                                             Eigen::VectorXd* step) const {
   const int m = layout_.size() - StateLayout::kGauge;
   Eigen::VectorXd x;
-  if (!solveDamped(system_.H.bottomRightCorner(m, m), system_.g.tail(m), damping, &x)) return false;
+  if (!solveDamped(system_.H.bottomRightCorner(m, m), system_.g.tail(m), damping, &x)) {
+    return std::nullopt;
+  }
   step->setZero(layout_.size());
   step->tail(m) = -x;
-  return true;
-}
-
-// The damped step, and its squared length in standard deviations of the state; none where the
-// matrix is not positive definite. Unlike the decrease of the cost that length is blind to outliers
-// that still creep along the flat tail of the loss. Below `tolerance` the step is the last one.
-std::optional<double> VisualInertialProblem::solveStep(double damping, double tolerance,
-                                                       Eigen::VectorXd* step) {
-  if (!gaussNewtonStep(damping, step)) return std::nullopt;
-  const int m = layout_.size() - StateLayout::kGauge;
-  const double decrement = -step->tail(m).dot(system_.g.tail(m));
-  // Damping holds a step back along the scale, which nothing corrects after the last one.
-  Eigen::VectorXd undamped;
-  if (decrement < tolerance && damping > kSmallestDamping &&
-      gaussNewtonStep(kSmallestDamping, &undamped)) {
-    step->swap(undamped);
-  }
-  return decrement;
+  return x.dot(system_.g.tail(m));
 }
 
 MapSummary VisualInertialProblem::minimize(int max_iterations, double tolerance,
@@ -560,9 +540,9 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
   const auto goesOn = [&] { return summary.iterations < max_iterations && !summary.converged; };
   for (; goesOn() && !isCut(); ++summary.iterations) {
-    const std::optional<double> decrement = solveStep(damping, tolerance, &step);
+    const std::optional<double> decrement = gaussNewtonStep(damping, &step);
     if (!decrement) {
-      damping = 10.0 * std::max(10.0 * damping, kDampingAfterRefusal);
+      damping = 100.0 * std::max(damping, kFirstDamping);
       continue;
     }
     const WindowState trial_state = retract(*state, step);
@@ -572,7 +552,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
     if (!summary.converged) {
       linearize(trial_state, &trial_structure, &trial_);
       if (!(trial_.cost <= system_.cost * (1.0 + kCostRounding))) {
-        damping = std::max(10.0 * damping, kDampingAfterRefusal);
+        damping = 10.0 * std::max(damping, kFirstDamping);
         refused = true;
         continue;
       }

@@ -78,16 +78,9 @@ class VisualInertialProblem {
   /// the best found, also where the minimisation failed. Ends where the squared length of a step is
   /// below `tolerance` [sigma^2].
   MapSummary minimize(int max_iterations, double tolerance, WindowState* state);
-  /// To the tolerance of the options.
-  MapSummary minimize(int max_iterations, WindowState* state) {
-    return minimize(max_iterations, options_.tolerance, state);
-  }
 
   /// Continues from the state and the track parameters that the last call left.
   MapSummary resume(int max_iterations, double tolerance, WindowState* state);
-  MapSummary resume(int max_iterations, WindowState* state) {
-    return resume(max_iterations, options_.tolerance, state);
-  }
 
   /// Residuals after minimize(), at its answer.
   MapResiduals residuals() const;
@@ -192,8 +185,10 @@ class VisualInertialProblem {
   void addRowBlocks(System* system) const;
   void linearize(const WindowState& state, Structure* structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
-  bool gaussNewtonStep(double damping, Eigen::VectorXd* step) const;
-  std::optional<double> solveStep(double damping, double tolerance, Eigen::VectorXd* step);
+  /// The damped step, zero along the gauge, and its squared length in standard deviations of the
+  /// state; none where the matrix is not positive definite. Unlike the decrease of the cost that
+  /// length is blind to outliers that still creep along the flat tail of the loss.
+  std::optional<double> gaussNewtonStep(double damping, Eigen::VectorXd* step) const;
   /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
   void keepInformation(const Eigen::VectorXd& last_step);
 

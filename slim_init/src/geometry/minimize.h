@@ -23,18 +23,28 @@ struct QuadraticModel {
 struct LevenbergMarquardtOptions {
   int max_iterations = 10;
   double first_damping = 1e-4;
-  double largest_damping = 1e6;    ///< another step would be too short to matter
-  double relative_decrease = 0.0;  ///< expected decrease over the cost that is not worth a step
-  double shortest_step = 0.0;      ///< in units of x
+  double largest_damping = 1e6;  ///< another step would be too short to matter
+  /// Expected decrease over the cost that is not worth a step: of a chi-square of a thousand, a
+  /// hundredth of a standard deviation of the unknowns.
+  double relative_decrease = 1e-7;
+  double shortest_step = 0.0;  ///< in units of x
+};
+
+/// Whether a step is accepted.
+struct LowerCost {
+  template <typename Model>
+  bool operator()(const Model& there, const Model& at) const {
+    return there.cost < at.cost;
+  }
 };
 
 /// Minimises from `x` on and returns the number of accepted steps. `evaluate(x)` returns a model
-/// (QuadraticModel<N> or derived from it), `damp(model, damping)` the matrix to solve with,
-/// `better(there, at)` whether a step is accepted. `at`: the model at `x`, in and out.
-template <int N, typename Model, typename Evaluate, typename Damp, typename Better>
+/// (QuadraticModel<N> or derived from it), `damp(model, damping)` the matrix to solve with.
+/// `at`: the model at `x`, in and out.
+template <int N, typename Model, typename Evaluate, typename Damp, typename Better = LowerCost>
 int minimizeLevenbergMarquardt(const LevenbergMarquardtOptions& options, const Evaluate& evaluate,
-                               const Damp& damp, const Better& better,
-                               Eigen::Matrix<double, N, 1>* x, Model* at) {
+                               const Damp& damp, Eigen::Matrix<double, N, 1>* x, Model* at,
+                               const Better& better = {}) {
   constexpr double kSmallestDamping = 1e-12;
   int accepted = 0;
   double damping = options.first_damping;

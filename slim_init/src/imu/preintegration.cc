@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "geometry/so3.h"
 
@@ -82,8 +81,9 @@ inline void propagateCovariance(const StepDerivatives& at, double h, const ImuNo
 }
 
 // One trapezoidal step from sample a to sample b.
-template <PreintegrationParts kParts>
-void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preintegration& pre) {
+void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, PreintegrationParts parts,
+          Preintegration* out) {
+  Preintegration& pre = *out;
   const double h = b.t - a.t;
   const Eigen::Vector3d theta = h * (0.5 * (a.gyro + b.gyro) - pre.gyro_bias);
   const internal::Rodrigues k(theta.squaredNorm());
@@ -98,7 +98,7 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   pre.dR = dR_a * E;
   pre.dR_dbg = E.transpose() * J_a - h * Jr;
   pre.dt += h;
-  if constexpr (kParts == PreintegrationParts::kRotation) return;
+  if (parts == PreintegrationParts::kRotation) return;
 
   const Eigen::Vector3d f_a = a.accel - pre.accel_bias;
   const Eigen::Vector3d f_b = b.accel - pre.accel_bias;
@@ -109,7 +109,7 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   const Eigen::Matrix3d dacc_dbg = -0.5 * (Rf_a * J_a + Rf_b * pre.dR_dbg);
   const Eigen::Matrix3d dacc_dba = -0.5 * (dR_a + pre.dR);
 
-  if constexpr (kParts == PreintegrationParts::kWithCovariance) {
+  if (parts == PreintegrationParts::kWithCovariance) {
     propagateCovariance({E, Jr, Rf_a, Rf_b, dacc_dba}, h, noise, &pre.covariance);
   }
 
@@ -119,29 +119,6 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   pre.dv += h * acc;
   pre.dv_dbg += h * dacc_dbg;
   pre.dv_dba += h * dacc_dba;
-}
-
-template <PreintegrationParts kParts>
-void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j, const ImuNoise& noise,
-               Preintegration& pre) {
-  // First sample after t_i; the one before it opens the interval.
-  auto next = std::upper_bound(samples.begin(), samples.end(), t_i,
-                               [](double t, const ImuSample& s) { return t < s.t; });
-  if (next == samples.begin() || next == samples.end()) return;
-  const double interval =
-      (samples.back().t - samples.front().t) / static_cast<double>(samples.size() - 1);
-  const auto noiseBefore = [&](std::vector<ImuSample>::const_iterator sample) {
-    return noiseBetween(noise, (sample->t - std::prev(sample)->t) / interval);
-  };
-  ImuSample at = interpolate(*(next - 1), *next, t_i);
-  for (; next != samples.end() && next->t < t_j; ++next) {
-    step<kParts>(at, *next, noiseBefore(next), pre);
-    at = *next;
-  }
-  if (next == samples.end()) return;
-  // `next` is at or after t_j, the sample before it is at or before t_j.
-  const ImuSample end = interpolate(*(next - 1), *next, t_j);
-  if (end.t > at.t) step<kParts>(at, end, noiseBefore(next), pre);
 }
 
 // A sensor in motion against its data sheet: three times what recorded flights show over windows
@@ -158,16 +135,18 @@ Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, d
   Preintegration pre;
   pre.gyro_bias = biases.gyro;
   pre.accel_bias = biases.accel;
-  switch (parts) {
-    case PreintegrationParts::kRotation:
-      integrate<PreintegrationParts::kRotation>(samples, t_i, t_j, noise, pre);
-      break;
-    case PreintegrationParts::kMean:
-      integrate<PreintegrationParts::kMean>(samples, t_i, t_j, noise, pre);
-      break;
-    case PreintegrationParts::kWithCovariance:
-      integrate<PreintegrationParts::kWithCovariance>(samples, t_i, t_j, noise, pre);
-      break;
+  // First sample after t_i; the one before it opens the interval.
+  auto next = std::upper_bound(samples.begin(), samples.end(), t_i,
+                               [](double t, const ImuSample& s) { return t < s.t; });
+  if (next == samples.begin() || next == samples.end()) return pre;
+  const double interval =
+      (samples.back().t - samples.front().t) / static_cast<double>(samples.size() - 1);
+  ImuSample at = interpolate(*(next - 1), *next, t_i);
+  for (; next != samples.end() && at.t < t_j; ++next) {
+    const ImuSample& before = *(next - 1);
+    const ImuSample end = next->t < t_j ? *next : interpolate(before, *next, t_j);
+    step(at, end, noiseBetween(noise, (next->t - before.t) / interval), parts, &pre);
+    at = end;
   }
   return pre;
 }

@@ -233,21 +233,13 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
     if (!vp.found) continue;
     const Eigen::Vector3d direction_c0 = R_c0_ck[k] * vp.direction;
 
-    // The axis of the keyframe before comes first: its prediction is the freshest.
-    const int previous_id = k > 0 ? vps[k - 1].track_id : -1;
-    if (previous_id >= 0 && std::abs(axes_c0[previous_id].dot(direction_c0)) >= cos_threshold) {
-      vp.track_id = previous_id;
-      vp.age = vps[k - 1].age + 1;
-    } else {
-      vp.track_id = nearestAxis(axes_c0, direction_c0, cos_threshold);
-      vp.age = 1;
-    }
+    vp.track_id = nearestAxis(axes_c0, direction_c0, cos_threshold);
     if (vp.track_id < 0) {
       vp.track_id = static_cast<int>(axes_c0.size());
-      axes_c0.push_back(direction_c0);
-    } else {
-      axes_c0[vp.track_id] = direction_c0;
+      axes_c0.emplace_back();
     }
+    axes_c0[vp.track_id] = direction_c0;
+    vp.age = k > 0 && vps[k - 1].track_id == vp.track_id ? vps[k - 1].age + 1 : 1;
   }
   return vps;
 }

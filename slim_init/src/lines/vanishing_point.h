@@ -44,11 +44,10 @@ VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, doub
                                       const VanishingPointOptions& options);
 
 /// Estimates every keyframe's vanishing point and carries track ids from keyframe to keyframe with
-/// `R_c0_ck` (rotation of camera k into camera 0, from the gyro). A vanishing point within
-/// match_threshold_deg of the axis of the keyframe before (up to sign) keeps its id and ages;
-/// otherwise, or after a miss, it gets the id of the nearest axis seen before within the threshold,
-/// with age 1; a new axis gets a new id. Ids count from 0 in order of appearance. One entry per
-/// keyframe; none found if `R_c0_ck` has another size than the window.
+/// `R_c0_ck` (rotation of camera k into camera 0, from the gyro). A vanishing point gets the id of
+/// the nearest axis seen before within match_threshold_deg of it (up to sign), and ages where the
+/// keyframe before has that id; a new axis gets a new id. Ids count from 0 in order of appearance.
+/// One entry per keyframe; none found if `R_c0_ck` has another size than the window.
 ///
 /// An axis is remembered as its last observation rotated into camera 0, not as a mean or as the
 /// first: with a gyro bias still unknown the predicted rotation drifts (0.1 rad/s over a window of

@@ -65,7 +65,7 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
   motion.parallax_px =
       medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
-  motion.excitation = forceDeviation(pre, R_b0_bk);
+  measureForce(pre, R_b0_bk, &motion);
   motion.has_speeds = static_cast<int>(speedFactors(window, 0.0).size()) >= kFewestSpeeds;
   return motion;
 }
@@ -172,19 +172,7 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
   result->covariance = posterior.covariance;
 }
 
-Eigen::Vector3d meanForce(const std::vector<Preintegration>& pre,
-                          const std::vector<Eigen::Matrix3d>& R_b0_bk) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double duration = 0.0;
-  for (std::size_t i = 0; i < pre.size(); ++i) {
-    sum += R_b0_bk[i] * pre[i].dv;
-    duration += pre[i].dt;
-  }
-  return sum / duration;
-}
-
-void keepObservable(const std::vector<Preintegration>& pre,
-                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
+void keepObservable(const Eigen::Vector3d& mean_force, double gravity_magnitude,
                     InitResult* result) {
   const InitStatus status = result->status;
   if (status != InitStatus::kStationary && status != InitStatus::kPureRotation) return;
@@ -196,7 +184,7 @@ void keepObservable(const std::vector<Preintegration>& pre,
   result->accel_bias.setConstant(kNotComputed);
   if (status == InitStatus::kPureRotation) return;
   // At rest the mean specific force is minus gravity.
-  result->gravity_b0 = -gravity_magnitude * meanForce(pre, R_b0_bk).normalized();
+  result->gravity_b0 = -gravity_magnitude * mean_force.normalized();
   result->gravity_w = Eigen::Vector3d(0.0, 0.0, -gravity_magnitude);
 }
 

@@ -84,16 +84,11 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
 void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
                  InitResult* result);
 
-/// Mean specific force over the window, in b0 [m/s^2].
-Eigen::Vector3d meanForce(const std::vector<Preintegration>& pre,
-                          const std::vector<Eigen::Matrix3d>& R_b0_bk);
-
 /// A window without translation holds no scale: where the status says so, removes what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
 /// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:
 /// the gyroscope bias.
-void keepObservable(const std::vector<Preintegration>& pre,
-                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
+void keepObservable(const Eigen::Vector3d& mean_force, double gravity_magnitude,
                     InitResult* result);
 
 /// Moves `result` so that `here`, the body in its world, agrees with `there`, the body at the same

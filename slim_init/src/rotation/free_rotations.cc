@@ -39,14 +39,9 @@ void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_pr
   const auto damp = [](const QuadraticModel<3>& model, double damping) -> Eigen::Matrix3d {
     return model.hessian + damping * model.hessian.trace() * Eigen::Matrix3d::Identity();
   };
-  const auto lower = [](const QuadraticModel<3>& there, const QuadraticModel<3>& here) {
-    return there.cost < here.cost;
-  };
-  LevenbergMarquardtOptions options;
-  options.relative_decrease = kCostTolerance;
   Eigen::Vector3d phi = Eigen::Vector3d::Zero();
   QuadraticModel<3> model = evaluate(phi);
-  minimizeLevenbergMarquardt(options, evaluate, damp, lower, &phi, &model);
+  minimizeLevenbergMarquardt({}, evaluate, damp, &phi, &model);
   at->R_ci_cj = R * expSO3(phi);
 }
 

@@ -205,10 +205,6 @@ PairRotations GyroRotations::at(const RotationUnknowns& x, const KeyframePairs& 
   return out;
 }
 
-Baselines unknownBaselines(const KeyframePairs& pairs) {
-  return Baselines(pairs.size(), Eigen::Vector3d::Zero());
-}
-
 double findBaselines(const KeyframePairs& pairs, const PairRotations& rotations, int max_gap,
                      const ConsensusOptions& options, Baselines* baselines) {
   double cost = 0.0;

@@ -162,8 +162,6 @@ class GyroRotations {
 
 /// Direction of translation per pair, unit, in c_i; zero where it is not known.
 using Baselines = std::vector<Eigen::Vector3d>;
-/// No baseline is known.
-Baselines unknownBaselines(const KeyframePairs& pairs);
 
 /// Finds the baselines of the pairs up to `max_gap` keyframes apart by consensus at known
 /// rotations; those that are known compete (PairPoints::consensusBaseline()). Longer pairs keep

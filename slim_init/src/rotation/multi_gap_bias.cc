@@ -181,14 +181,8 @@ RotationMinimum MultiGapProblem::minimize(const RotationUnknowns& start, int max
     const auto evaluateAt = [&](const RotationUnknowns& x) {
       return evaluate(x, max_gap, out.weighted, &out.baselines);
     };
-    LevenbergMarquardtOptions options;
-    options.relative_decrease = kCostTolerance;
-    const auto lower = [](const QuadraticModel<7>& there, const QuadraticModel<7>& here) {
-      return there.cost < here.cost;
-    };
     QuadraticModel<7> at = evaluateAt(out.x);
-    out.iterations +=
-        minimizeLevenbergMarquardt(options, evaluateAt, dampDiagonal, lower, &out.x, &at);
+    out.iterations += minimizeLevenbergMarquardt({}, evaluateAt, dampDiagonal, &out.x, &at);
   }
   return out;
 }

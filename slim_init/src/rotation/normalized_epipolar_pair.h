@@ -21,9 +21,6 @@ inline constexpr double kBaselinePriorSigmas2 = 0.5;
 /// Rotation and direction of travel of a pair, fitted to its points; fewer, counted by their
 /// weight, do not determine them.
 inline constexpr int kPairUnknowns = 5;
-/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
-/// hundredth of a standard deviation of the unknowns.
-inline constexpr double kCostTolerance = 1e-7;
 
 /// min over e of e^T M e / e^T N e with derivatives under R Exp(delta), weights fixed.
 struct NormalizedEvaluation {

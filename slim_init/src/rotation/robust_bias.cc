@@ -57,7 +57,7 @@ double RobustBiasEstimator::start(const CutoffSchedule& schedule) {
   spend(kWorkPerPoint * points_);
   minimum_ = RotationMinimum();
   minimum_.x = problem_.priorMean();
-  minimum_.baselines = unknownBaselines(problem_.pairs());
+  minimum_.baselines.assign(problem_.pairs().size(), Eigen::Vector3d::Zero());
   findBaselines(kShortGap, {schedule.front()});
   minimize(kShortGap, schedule, {});
   return findBaselines(kShortGap, {kOutlierSigmas});

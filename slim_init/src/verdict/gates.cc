@@ -141,14 +141,15 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk) {
   return largest * kDegPerRad;
 }
 
-double forceDeviation(const std::vector<Preintegration>& pre,
-                      const std::vector<Eigen::Matrix3d>& R_b0_bk) {
+void measureForce(const std::vector<Preintegration>& pre,
+                  const std::vector<Eigen::Matrix3d>& R_b0_bk, MotionMeasures* motion) {
   Eigen::Matrix3Xd force(3, pre.size());
   for (std::size_t i = 0; i < pre.size(); ++i) {
     force.col(i) = R_b0_bk[i] * pre[i].dv / pre[i].dt;
   }
-  const Eigen::Vector3d mean = force.rowwise().mean();
-  return std::sqrt((force.colwise() - mean).squaredNorm() / static_cast<double>(pre.size()));
+  motion->mean_force = force.rowwise().mean();
+  motion->excitation = std::sqrt((force.colwise() - motion->mean_force).squaredNorm() /
+                                 static_cast<double>(pre.size()));
 }
 
 PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,

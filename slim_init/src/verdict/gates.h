@@ -52,7 +52,11 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
 struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see medianParallaxPx()
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
-  double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
+  Eigen::Vector3d mean_force =
+      Eigen::Vector3d::Zero();  ///< specific, over the window, in b0 [m/s^2]
+  /// Rms over the keyframe pairs of the deviation of their mean specific force from that [m/s^2].
+  /// Zero at constant velocity, where the scale is not observable.
+  double excitation = kNotComputed;
   bool has_speeds = false;  ///< measured velocities give the scale without excitation too
 };
 
@@ -64,10 +68,9 @@ double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matri
 /// Largest rotation of any keyframe against the first [deg].
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
-/// Rms over the keyframe pairs of the deviation of the mean specific force, rotated to b0, from its
-/// mean over the window [m/s^2]. Zero at constant velocity, where the scale is not observable.
-double forceDeviation(const std::vector<Preintegration>& pre,
-                      const std::vector<Eigen::Matrix3d>& R_b0_bk);
+/// The forces of MotionMeasures.
+void measureForce(const std::vector<Preintegration>& pre,
+                  const std::vector<Eigen::Matrix3d>& R_b0_bk, MotionMeasures* motion);
 
 /// Gates on the motion: "parallax", "least_parallax" and "excitation". Tracks and IMU together
 /// classify a missing parallax: beyond kMinRotationDeg a pure rotation; with a steady specific
