@@ -73,7 +73,6 @@ struct AbOptions {
   int keyframes = 0;
   int first_keyframes = 0;  ///< of growing windows; 0: all windows have `keyframes`
   std::vector<std::string> method_names;
-  simulation::WorldKind world_kind = simulation::WorldKind::kRoom;
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
 };

@@ -82,7 +82,7 @@ void addFeatures(const AbOptions& options, const simulation::Trajectory& traject
                  const std::vector<double>& image_times, LoadedSequence* loaded) {
   evaluation::Sequence* sequence = &loaded->sequence;
   simulation::WorldOptions world_options;
-  world_options.kind = options.world_kind;
+  world_options.kind = options.world;
   world_options.seed = options.seed;
   world_options.points =
       std::max(world_options.points, kWorldPointsPerTrackedPoint * options.features.max_points);

@@ -14,7 +14,7 @@
 namespace slim_init::evaluation {
 
 /// A recording with pixels. Everything but these is in memory; they are read one image at a time.
-/// Images that are left out at the end of image_times are not read. Not thread-safe.
+/// image_times may be shortened: images beyond it are not read. Not thread-safe.
 class ImageSequence : public RecordedMotion {
  public:
   virtual ~ImageSequence() = default;

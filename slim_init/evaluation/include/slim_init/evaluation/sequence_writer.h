@@ -24,9 +24,9 @@ struct WriterRig {
 };
 
 /// Writes DIR/mav0/{cam0,imu0,state_groundtruth_estimate0} and, with speeds, speed0, without the
-/// images that it names. Numbers are read back bit for bit: the truth with velocity and biases,
-/// all of them finite, of the speeds velocity.x() and its standard deviation. Makes the folders;
-/// files of the same name are replaced, but a folder that already holds images is refused.
+/// images that it names. Numbers are read back bit for bit; the ground truth has velocity and
+/// biases, all finite, the speeds velocity.x() and its standard deviation. Makes the folders; files
+/// of the same name are replaced, but a folder that already holds images is refused.
 std::string writeAslFolder(const std::string& directory, const WriterRig& rig,
                            const RecordedMotion& recording);
 /// An image of that folder, CV_8UC1, as a PNG file named by its stamp.
