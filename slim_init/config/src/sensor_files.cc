@@ -23,9 +23,10 @@ std::vector<double> readList(const cv::FileNode& parent, const char* key, std::s
   if (count > 0 && node.size() != count) {
     fail(key, " has ", node.size(), " numbers, must have ", count);
   }
-  std::vector<double> values(node.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    read(key, node[static_cast<int>(i)], &values[i]);
+  std::vector<double> values;
+  for (const cv::FileNode& item : node) {
+    values.emplace_back();
+    read(key, item, &values.back());
   }
   return values;
 }
