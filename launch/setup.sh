@@ -115,15 +115,9 @@ slim_init_available() {
 # apt-get as root, without questions and without reading our standard input. Its output is for a
 # person who waits; in a log it appears only when it failed.
 slim_init_apt_get() {
-  local -a as_root=()
-  if [[ ${EUID} -ne 0 ]]; then
-    command -v sudo >/dev/null ||
-      slim_init_die "installing packages needs root: run as root, install sudo, or install the" \
-        "packages named above by hand"
-    as_root=(sudo)
-  fi
-  local -a command=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive
+  local -a command=(env DEBIAN_FRONTEND=noninteractive
     apt-get -y -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@")
+  [[ ${EUID} -eq 0 ]] || command=(sudo "${command[@]}")
   if [[ -t 1 ]]; then
     "${command[@]}" </dev/null
     return
@@ -133,50 +127,27 @@ slim_init_apt_get() {
   [[ ${status} -eq 0 ]] || printf '%s\n' "${output}" >&2
   return "${status}"
 }
-
-# Reads the package lists if there are none or if they lack one of "$@"; sets SLIM_INIT_UPDATED.
-slim_init_update_lists_for() {
-  local package stale=
-  compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null || stale=1
-  for package in "$@"; do
-    slim_init_available "${package}" || stale=1
-  done
-  SLIM_INIT_UPDATED="${stale}"
-  [[ -n "${stale}" ]] || return 0
-  echo "    reading the package lists (apt-get update)"
-  # One broken source among several must not stop us; what counts is checked below.
-  slim_init_apt_get update || echo "    apt-get update reported an error" >&2
-}
-
-# Stops unless the package sources have all of "$@".
-slim_init_require_available() {
-  local -a unavailable=()
-  local package
-  for package in "$@"; do
-    slim_init_available "${package}" || unavailable+=("${package}")
-  done
-  [[ ${#unavailable[@]} -gt 0 ]] || return 0
-  printf '\n' >&2
-  for package in "${unavailable[@]}"; do
-    printf 'error: package %s is not in the package sources of this system; it is for: %s\n' \
-      "${package}" "$(slim_init_purpose "${package}")" >&2
-  done
-  slim_init_die "check the network and /etc/apt/sources.list (Ubuntu needs \"universe\")," \
-    "or install by hand and set SLIM_INIT_SKIP_PACKAGES=1"
-}
-
-# Installs "$@", once more with fresh package lists if they were not read just now. Removes nothing:
-# apt-get refuses rather than give up a package of the user's that conflicts.
+# Removes nothing: apt-get refuses rather than give up a package of the user's that conflicts.
 slim_init_install() {
-  local -a install=(slim_init_apt_get install --no-install-recommends --no-remove "$@")
   echo "    installing $*"
-  "${install[@]}" && return
-  [[ -z "${SLIM_INIT_UPDATED}" ]] || return 1
-  # Old lists name files that the archive no longer has.
-  echo "    trying again with fresh package lists (apt-get update)"
-  SLIM_INIT_UPDATED=1
-  slim_init_apt_get update || echo "    apt-get update reported an error" >&2
-  "${install[@]}"
+  slim_init_apt_get install --no-install-recommends --no-remove "$@"
+}
+
+# Installs "$@", or stops: names what the package sources do not have.
+slim_init_install_needed() {
+  local package unavailable=
+  [[ $# -gt 0 ]] || return 0
+  for package in "$@"; do
+    slim_init_available "${package}" && continue
+    printf '\nerror: package %s is not in the package sources of this system; it is for: %s' \
+      "${package}" "$(slim_init_purpose "${package}")" >&2
+    unavailable=1
+  done
+  [[ -z "${unavailable}" ]] ||
+    slim_init_die "check the network and /etc/apt/sources.list (Ubuntu needs \"universe\")," \
+      "or install by hand and set SLIM_INIT_SKIP_PACKAGES=1"
+  slim_init_install "$@" ||
+    slim_init_die "apt-get could not install: $* (its messages are above)"
 }
 
 # Installs those of "$@" that can be had; the others are noted for the summary.
@@ -190,11 +161,7 @@ slim_init_install_optional() {
       SLIM_INIT_MISSING+=("${package}")
     fi
   done
-  [[ ${#available[@]} -gt 0 ]] || return 0
-  if [[ ${EUID} -ne 0 ]] && ! command -v sudo >/dev/null; then
-    echo "    going on without ${available[*]}: installing packages needs root or sudo"
-    SLIM_INIT_MISSING+=("${available[@]}")
-  elif ! slim_init_install "${available[@]}"; then
+  if [[ ${#available[@]} -gt 0 ]] && ! slim_init_install "${available[@]}"; then
     echo "    going on without: apt-get could not install them (its messages are above)" >&2
     SLIM_INIT_MISSING+=("${available[@]}")
   fi
@@ -233,12 +200,18 @@ slim_init_install_packages() {
 
   slim_init_say "Packages: missing are ${#missing[@]} of ${#needed[@]} needed and" \
     "${#missing_optional[@]} of ${#optional[@]} optional ones"
-  slim_init_update_lists_for "${missing[@]}"
-  if [[ ${#missing[@]} -gt 0 ]]; then
-    slim_init_require_available "${missing[@]}"
-    slim_init_install "${missing[@]}" ||
-      slim_init_die "apt-get could not install: ${missing[*]} (its messages are above)"
+  if [[ ${EUID} -ne 0 ]] && ! command -v sudo >/dev/null; then
+    [[ ${#missing[@]} -eq 0 ]] ||
+      slim_init_die "installing packages needs root: run as root, install sudo, or install by hand:" \
+        "${missing[*]}"
+    echo "    going on without ${missing_optional[*]}: installing packages needs root or sudo"
+    SLIM_INIT_MISSING+=("${missing_optional[@]}")
+    return
   fi
+  echo "    reading the package lists (apt-get update)"
+  # One broken source among several must not stop us; what counts is checked below.
+  slim_init_apt_get update || echo "    apt-get update reported an error" >&2
+  slim_init_install_needed "${missing[@]}"
   slim_init_install_optional "${missing_optional[@]}"
 }
 

@@ -87,7 +87,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
 /// Reads the files that the options name and checks everything that can be known before the data
 /// are read.
 void prepare(AbOptions* options) {
-  if (options->hasFile()) readConfiguration(options);
+  readConfiguration(options);
   checkAbOptions(options);
 #ifndef SLIM_INIT_HAS_BACKEND
   if (options->downstream_s > 0.0) {

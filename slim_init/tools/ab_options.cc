@@ -198,8 +198,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
   constexpr OptionScope kRig = OptionScope::kRig;
   using Choices = std::vector<std::string>;
-  const Choices worlds = {"room", "hall", "corridor"}, gates = {"own", "on", "off"},
-                reports = {"auto", "off"};
+  const Choices gates = {"own", "on", "off"}, reports = {"auto", "off"};
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
@@ -221,7 +220,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        simulation::builtinTrajectoryNames()},
       {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
        kSimulated},
-      {"world", &o.world, "NAME", "Scene", "world", 0.0, 0.0, kSimulated, worlds},
+      {"world", &o.world, "NAME", "Scene", "world", 0.0, 0.0, kSimulated, simulation::worldNames()},
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
@@ -339,7 +338,6 @@ std::string rangeText(const AbOption& option) {
 void checkAbOptions(AbOptions* options) {
   AbOptions& o = *options;
   checkSource(o);
-  simulation::parseWorldKind(o.world, &o.world_kind);
   mergeFile(options);
   if (o.first_keyframes > 0 && o.gates == "off") {
     check((typed(o, "gates") ? "--gates" : fileOfOptions(o) + ": slim_init.gates.mode") +

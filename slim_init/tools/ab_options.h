@@ -63,8 +63,8 @@ struct AbOptions {
   std::string command;          ///< as typed, for the report
   std::set<std::string> given;  ///< names of the options that were typed; they win over the file
 
-  // Filled by readConfiguration() when there is a file.
-  /// --config with the section of --options on top; null without --config.
+  // Filled by readConfiguration().
+  /// --config with the section of --options on top; without --config the rig is no rig's.
   std::shared_ptr<const Config> config;
   NamedValues file_values;              ///< what the file changes, by key, for the report
   std::vector<std::string> file_notes;  ///< what of the file has no effect
@@ -73,12 +73,8 @@ struct AbOptions {
   int keyframes = 0;
   int first_keyframes = 0;  ///< of growing windows; 0: all windows have `keyframes`
   std::vector<std::string> method_names;
-  simulation::WorldKind world_kind = simulation::WorldKind::kRoom;
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
-  CalibrationSigmas sigmas;    ///< of the rig that the methods are given
-  double sigma_px = 0.0;       ///< Calibration::sigma_px of it
-  double sigma_line_px = 0.0;  ///< the same
 };
 
 /// What an option bears on.

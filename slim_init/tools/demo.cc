@@ -65,8 +65,7 @@ int runDemo(const DemoCommand& command) {
   const std::filesystem::path out(command.out);
   const std::string recorded = (out / "recorded").string();
   const std::string home_made = (out / "home_made").string();
-  if (!command.asl.empty() &&
-      openAsl(command.asl, WindowOptions().max_imu_gap_s)->truth().empty()) {
+  if (!command.asl.empty() && openAsl(command.asl, WindowOptions().max_imu_gap_s)->truth.empty()) {
     check("--asl: " + command.asl + " has no ground truth, with which the page compares");
   }
   // First the one that refuses a slow IMU.

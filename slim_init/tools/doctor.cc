@@ -47,17 +47,17 @@ int examineRecording(const DoctorCommand& command) {
                           ? openBag(command.bag, topicsOf(config), "", max_imu_gap_s)
                           : openAsl(command.asl, max_imu_gap_s);
   if (command.config_file.empty()) {
-    configureFromData(command.asl, command.options_file, *images, &config);
+    configureFromData(command.asl, command.options_file, &config);
   }
   std::vector<std::string> notes = config.notes;
-  notes.insert(notes.end(), images->notes().begin(), images->notes().end());
+  notes.insert(notes.end(), images->notes.begin(), images->notes.end());
   for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
   // First: a minute of work should not end with a folder that is not there.
   if (!command.json.empty()) check(evaluation::checkWritable(command.json), "--json: ");
 
   evaluation::DoctorData data;
   {
-    ProgressBar bar(images->name(), !command.quiet);
+    ProgressBar bar(images->name, !command.quiet);
     cv::setNumThreads(1);
     data = evaluation::readDoctorData(images.get(), config.camera, config.calibration,
                                       config.front_end, command.limit,

@@ -37,11 +37,11 @@ constexpr int kWorldSegmentsPerTrackedLine = 10;
 
 /// The rig of --config, otherwise EuRoC's.
 Calibration calibrationFor(const AbOptions& options) {
-  Calibration calibration =
-      options.config != nullptr ? options.config->calibration : eurocCalibration();
-  calibration.sigmas = options.sigmas;
-  calibration.sigma_px = options.sigma_px;
-  calibration.sigma_line_px = options.sigma_line_px;
+  const Calibration& of_files = options.config->calibration;
+  Calibration calibration = options.config_file.empty() ? eurocCalibration() : of_files;
+  calibration.sigmas = of_files.sigmas;
+  calibration.sigma_px = of_files.sigma_px;
+  calibration.sigma_line_px = of_files.sigma_line_px;
   options.setReadout(&calibration);
   return calibration;
 }
@@ -49,7 +49,7 @@ Calibration calibrationFor(const AbOptions& options) {
 /// The camera of --config without its distortion, otherwise EuRoC's.
 simulation::PinholeCamera cameraOf(const AbOptions& options) {
   simulation::PinholeCamera camera = options.features.camera;
-  if (options.config != nullptr) {
+  if (!options.config_file.empty()) {
     const feature_tracker_lines::CameraParameters& from = options.config->camera;
     camera.width = from.width;
     camera.height = from.height;
@@ -82,7 +82,7 @@ void addFeatures(const AbOptions& options, const simulation::Trajectory& traject
                  const std::vector<double>& image_times, LoadedSequence* loaded) {
   evaluation::Sequence* sequence = &loaded->sequence;
   simulation::WorldOptions world_options;
-  world_options.kind = options.world_kind;
+  world_options.kind = options.world;
   world_options.seed = options.seed;
   world_options.points =
       std::max(world_options.points, kWorldPointsPerTrackedPoint * options.features.max_points);
@@ -124,6 +124,15 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
   }
 }
 
+/// All but the images and the truth.
+void take(const evaluation::RecordedMotion& recording, evaluation::Sequence* sequence) {
+  sequence->name = recording.name;
+  sequence->t0_ns = recording.t0_ns;
+  sequence->notes = recording.notes;
+  sequence->imu = recording.imu;
+  sequence->speeds = recording.speeds;
+}
+
 /// --recorded or --builtin.
 void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
@@ -137,11 +146,7 @@ void loadMotion(const AbOptions& options, LoadedSequence* loaded) {
                     0.0, options.seed, &motion);
   }
   discardUncovered(sequence.calibration.td, &motion);
-  sequence.name = motion.name;
-  sequence.t0_ns = motion.t0_ns;
-  sequence.notes = std::move(motion.notes);
-  sequence.imu = std::move(motion.imu);
-  sequence.speeds = std::move(motion.speeds);
+  take(motion, &sequence);
   loaded->gyro_bias_truth = motion.gyro_bias_truth;
   addSpeeds(options, *motion.trajectory, &sequence);
   addFeatures(options, *motion.trajectory, motion.image_times, loaded);
@@ -178,14 +183,14 @@ void noteTracking(const evaluation::TrackingSummary& tracking, const std::string
 /// is fitted to sequence.imu; without any truth the sequence has none.
 void addTruth(const evaluation::ImageSequence& images, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
-  const std::string& source = images.name();
-  std::vector<NavState> truth = images.truth();
+  const std::string& source = images.name;
+  std::vector<NavState> truth = images.truth;
   if (truth.empty()) {
     loaded->gyro_bias_truth = "none";
     sequence.notes.push_back(source + ": without ground truth there are no errors to report");
     return;
   }
-  loaded->gyro_bias_truth = settleBiases(images.hasVelocityAndBias(), source + ": ", sequence.imu,
+  loaded->gyro_bias_truth = settleBiases(images.has_velocity_and_bias, source + ": ", sequence.imu,
                                          &truth, &sequence.notes);
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(truth, &error);
@@ -209,38 +214,32 @@ void loadImages(const AbOptions& options, LoadedSequence* loaded) {
   const std::unique_ptr<evaluation::ImageSequence> images = openImages(options);
   Config config;
   if (options.config_file.empty()) {
-    configureFromData(options.asl, options.options_file, *images, &config);
+    configureFromData(options.asl, options.options_file, &config);
   } else {
     config = *options.config;
   }
 
   evaluation::Sequence& sequence = loaded->sequence;
-  sequence.name = images->name();
+  take(*images, &sequence);
   options.setReadout(&config.calibration);
   sequence.calibration = config.calibration;
-  sequence.t0_ns = images->t0Ns();
-  sequence.imu = images->imu();
-  sequence.notes = images->notes();
-  sequence.speeds = images->speeds();
   discardUncalibratedSpeeds(&sequence);
   // The front end runs on the same rig as the methods: wrong calibration, worse IMU.
-  std::vector<ImuSample> imu = sequence.imu;
-  check(evaluation::disturbImu(options.rig, &imu), images->name() + ": ");
-  images->replaceImu(std::move(imu));
+  check(evaluation::disturbImu(options.rig, &images->imu), images->name + ": ");
   const Calibration assumed =
       evaluation::assumedCalibration(config.calibration, options.rig, evaluation::kAllTrials);
-  check(assumed.validate(), images->name() + ": the calibration with its errors: ");
+  check(assumed.validate(), images->name + ": the calibration with its errors: ");
 
   evaluation::TrackingSummary tracking;
   {
-    ProgressBar bar(images->name() + ": images", !options.quiet);
+    ProgressBar bar(images->name + ": images", !options.quiet);
     // One thread, as the times in the report say; OpenCV's own cost more than they save here.
     cv::setNumThreads(1);
     check(evaluation::trackImages(
         images.get(), config.camera, assumed, config.front_end,
         [&bar](int done, int total) { bar.update(done, total); }, &sequence.frames, &tracking));
   }
-  noteTracking(tracking, images->name(), &sequence.notes);
+  noteTracking(tracking, images->name, &sequence.notes);
   sequence.tracking = std::move(tracking);
   addTruth(*images, loaded);
 }
@@ -286,15 +285,12 @@ std::unique_ptr<evaluation::ImageSequence> openBag(const std::string& file,
   return images;
 }
 
-void configureFromData(const std::string& source, const std::string& options_file,
-                       const evaluation::ImageSequence& images, Config* config) {
-  if (!images.calibration().has_value()) {
-    check(text(source, " has no calibration that can be used (", images.calibrationProblem(),
+void configureFromData(const std::string& source, const std::string& options_file, Config* config) {
+  std::string error;
+  if (!loadSensorFiles(source, config, &error)) {
+    check(text(source, " has no calibration that can be used (", error,
                "); give one with --config YAML"));
   }
-  config->calibration = images.calibration()->calibration;
-  config->camera = images.calibration()->camera;
-  std::string error;
   if (!options_file.empty() && !loadOptions(options_file, config, &error)) {
     check(error, "--options: ");
   }

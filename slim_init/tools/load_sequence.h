@@ -37,8 +37,7 @@ evaluation::BagTopics topicsOf(const Config& config);
 /// Without --config: camera and calibration that lie beside the data, and the keys of --options on
 /// top (`options_file`, may be empty). `source`: the recording as the user named it. Throws a
 /// Failure that names what is missing or wrong.
-void configureFromData(const std::string& source, const std::string& options_file,
-                       const evaluation::ImageSequence& images, Config* config);
+void configureFromData(const std::string& source, const std::string& options_file, Config* config);
 
 /// Reads --recorded or simulates --builtin and projects the world at the image times, or tracks
 /// through the images of --asl or --bag. Throws a Failure that names file, line, value or option.

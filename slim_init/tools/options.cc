@@ -22,7 +22,7 @@ constexpr std::pair<const char*, OptionKeys> kGroups[] = {
     {"user", OptionKeys::kUser}, {"advanced", OptionKeys::kAdvanced}, {"all", OptionKeys::kAll}};
 
 int update(const std::string& folder) {
-  for (const GeneratedFile& file : generatedFiles()) {
+  for (const GeneratedFile& file : generatedFiles(folder)) {
     const std::string path = folder + "/" + file.path;
     check(evaluation::writeFile(path, file.text));
     std::cout << path << "\n";

@@ -49,17 +49,14 @@ void readConfiguration(AbOptions* options) {
   AbOptions& o = *options;
   Config config;
   std::string error;
-  if (o.config_file.empty()) {
-    if (!loadOptions(o.options_file, &config, &error)) check(error, "--options: ");
-  } else {
+  if (!o.config_file.empty()) {
     if (!loadConfig(o.config_file, o.options_file, &config, &error)) check(error);
-    o.config = std::make_shared<const Config>(config);
+  } else if (!o.options_file.empty() && !loadOptions(o.options_file, &config, &error)) {
+    check(error, "--options: ");
   }
+  o.config = std::make_shared<const Config>(config);
   o.file_notes = notesFor(config, o.methods);
   o.initializer = config.options;
-  o.sigmas = config.calibration.sigmas;
-  o.sigma_px = config.calibration.sigma_px;
-  o.sigma_line_px = config.calibration.sigma_line_px;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
   // window and the gates under names of their own, as --keyframes and --gates may win.

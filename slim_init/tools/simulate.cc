@@ -19,6 +19,7 @@
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/evaluation/write_file.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/options.h"
 #include "slim_init/simulation/motion_sensors.h"
@@ -205,47 +206,15 @@ std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options, cons
   return poses;
 }
 
-std::int64_t stampOf(const Motion& motion, double t) {
-  return motion.t0_ns + static_cast<std::int64_t>(std::llround(1e9 * t));
-}
-
-// One sequence to one or two writers.
-class Writers {
- public:
-  Writers(const SimulateOptions& options, const Motion& motion, const Calibration& calibration,
-          const CameraParameters& camera) {
-    evaluation::WriterRig rig;
-    rig.calibration = calibration;
-    rig.camera = camera;
-    rig.comment = "simulated: " + motion.name + " in " + options.scene.kind;
-    rig.imu_rate_hz = options.recorded.empty() ? options.imu_rate_hz : rig.imu_rate_hz;
-    rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
-    std::string error;
-    list_.push_back(evaluation::makeAslWriter(options.out, rig, &error));
-    check(error, "--out: ");
-    if (options.bag.empty()) return;
-    list_.push_back(evaluation::makeBagWriter(options.bag, evaluation::BagTopics(), &error));
-    check(error, "--bag: ");
-  }
-
-  template <typename Call>
-  void each(const Call& call) {
-    for (const auto& writer : list_) check(call(writer.get()), "", kExitInternal);
-  }
-
- private:
-  std::vector<std::unique_ptr<evaluation::SequenceWriter>> list_;
-};
-
-void writeMotion(const Motion& motion, Writers* writers) {
-  for (const ImuSample& sample : motion.imu) {
-    const std::int64_t stamp = stampOf(motion, sample.t);
-    writers->each([&](auto* w) { return w->addImu(stamp, sample); });
-  }
-  for (const NavState& state : motion.truth) {
-    const std::int64_t stamp = stampOf(motion, state.t);
-    writers->each([&](auto* w) { return w->addTruth(stamp, state); });
-  }
+evaluation::WriterRig writerRig(const SimulateOptions& options, const std::string& motion,
+                                const Calibration& calibration, const CameraParameters& camera) {
+  evaluation::WriterRig rig;
+  rig.calibration = calibration;
+  rig.camera = camera;
+  rig.comment = "simulated: " + motion + " in " + options.scene.kind;
+  rig.imu_rate_hz = options.recorded.empty() ? options.imu_rate_hz : rig.imu_rate_hz;
+  rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
+  return rig;
 }
 
 // The mean of the next pictures.
@@ -262,7 +231,7 @@ cv::Mat meanOfNext(int count, simulation::Renderer* renderer) {
 
 // Draws, exposes and writes every image.
 void writeImages(const SimulateOptions& options, const Motion& motion, int bands,
-                 simulation::Renderer* renderer, Writers* writers) {
+                 simulation::Renderer* renderer) {
   ProgressBar bar(motion.name + " in " + options.scene.kind, !options.quiet);
   const std::size_t count = motion.image_times.size();
   const int sub_frames = subFramesOf(options);
@@ -273,8 +242,7 @@ void writeImages(const SimulateOptions& options, const Motion& motion, int bands
     const double t = motion.image_times[k];
     const cv::Mat image =
         simulation::expose(radiance, static_cast<std::int64_t>(k), t, options.sensor);
-    const std::int64_t stamp = stampOf(motion, t);
-    writers->each([&](auto* w) { return w->addImage(stamp, image); });
+    check(evaluation::writeAslImage(options.out, motion.stampNs(t), image), "", kExitInternal);
     bar.update(static_cast<int>(k + 1), static_cast<int>(count));
   }
 }
@@ -301,6 +269,17 @@ void checkOptions(const SimulateOptions& o) {
   }
 }
 
+// The speeds of --speed; recorded ones are left out.
+std::vector<SpeedSample> speedsOf(const SimulateOptions& options, const Motion& motion,
+                                  const Calibration& calibration) {
+  if (options.speed.noise < 0.0) return {};
+  SpeedSensor sensor = calibration.speed_sensor;
+  if (!sensor.calibrated) sensor = simulation::simulatedSpeedSensor(calibration);
+  auto speeds = simulation::simulateSpeeds(*motion.trajectory, sensor, options.speed);
+  cut(motion.imu.front().t, motion.imu.back().t, &speeds);
+  return speeds;
+}
+
 Setup prepare(const SimulateOptions& options) {
   Setup setup;
   loadRig(options, &setup.calibration, &setup.camera);
@@ -308,6 +287,7 @@ Setup prepare(const SimulateOptions& options) {
   for (const std::string& note : setup.motion.notes) {
     std::cerr << "slim_init: note: " << note << "\n";
   }
+  setup.motion.speeds = speedsOf(options, setup.motion, setup.calibration);
   // The scene is built around the whole path of the camera.
   setup.poses = posesOf(options, setup.motion, setup.calibration);
   std::vector<Eigen::Vector3d> path_w;
@@ -315,18 +295,6 @@ Setup prepare(const SimulateOptions& options) {
   std::string error;
   if (!simulation::makeScene(options.scene, path_w, &setup.scene, &error)) check(error);
   return setup;
-}
-
-void writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* writers) {
-  if (options.speed.noise < 0.0) return;
-  SpeedSensor sensor = setup.calibration.speed_sensor;
-  if (!sensor.calibrated) sensor = simulation::simulatedSpeedSensor(setup.calibration);
-  auto speeds = simulation::simulateSpeeds(*setup.motion.trajectory, sensor, options.speed);
-  cut(setup.motion.imu.front().t, setup.motion.imu.back().t, &speeds);
-  for (const SpeedSample& sample : speeds) {
-    const std::int64_t stamp = stampOf(setup.motion, sample.t);
-    writers->each([&](auto* w) { return w->addSpeed(stamp, sample); });
-  }
 }
 
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
@@ -342,17 +310,25 @@ int runSimulate(SimulateOptions options) {
   options.scene.seed = options.speed.seed = options.sensor.seed = options.seed;
   options.render.work_directory = options.out;
   const Setup setup = prepare(options);
-  Writers writers(options, setup.motion, setup.calibration, setup.camera);
-  writeMotion(setup.motion, &writers);
-  writeSpeeds(options, setup, &writers);
+  const evaluation::WriterRig rig =
+      writerRig(options, setup.motion.name, setup.calibration, setup.camera);
+  check(evaluation::writeAslFolder(options.out, rig, setup.motion), "--out: ");
+  if (!options.bag.empty()) {
+    std::error_code ignored;
+    std::filesystem::create_directories(std::filesystem::path(options.bag).parent_path(), ignored);
+    check(evaluation::checkWritable(options.bag), "--bag: ");
+  }
 
   const auto start = std::chrono::steady_clock::now();
   std::string error;
   const auto renderer =
       simulation::Renderer::start(setup.scene, setup.camera, setup.poses, options.render, &error);
   if (renderer == nullptr) throw Failure(kExitBadInput, error);
-  writeImages(options, setup.motion, bandsOf(setup.calibration), renderer.get(), &writers);
-  writers.each([](auto* w) { return w->finish(); });
+  writeImages(options, setup.motion, bandsOf(setup.calibration), renderer.get());
+  if (!options.bag.empty()) {
+    check(evaluation::writeBag(options.out, evaluation::BagTopics(), options.bag),
+          "--bag: ", kExitInternal);
+  }
   if (!options.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     printResult(options, setup, elapsed.count());

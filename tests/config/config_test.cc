@@ -650,7 +650,7 @@ TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {
 
 // A default, a range or a reason changed? `slim_init options --update .` in the repository.
 TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
-  const std::vector<GeneratedFile> files = generatedFiles();
+  const std::vector<GeneratedFile> files = generatedFiles(SLIM_INIT_SOURCE_DIR);
   ASSERT_EQ(files.size(), 3u);
   for (const GeneratedFile& file : files) {
     EXPECT_TRUE(readFile(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
@@ -658,6 +658,21 @@ TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
     std::istringstream lines(file.text);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   }
+}
+
+// What is no key of ours stays, and a key that is not there comes at the end.
+TEST(ShippedConfigs, TheTemplateIsKeptButForItsKeys) {
+  const ScratchFolder folder;
+  folder.write("config/template.yaml",
+               "%YAML:1.0\n# mine\n\n# old\n# reason\ntd: 7.0\nother: 1\n# old\nimu_topic: x\n");
+  const std::string text = generatedFiles(folder.path())[0].text;
+  EXPECT_EQ(text.rfind("%YAML:1.0\n# mine\n\n# time offset, t_imu = t_image + td [s, -1 to 1]\n"
+                       "td: 0.0\nother: 1\n# topic of the IMU: ROS nodes and bags\n"
+                       "imu_topic: \"/imu0\"\n",
+                       0),
+            0u)
+      << text;
+  expectParts(text, "\nmask: \"\"\n|\n    gyro_density: 0.00017\n");
 }
 
 void expectDefaults(Config* read) {

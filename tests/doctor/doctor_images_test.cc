@@ -40,17 +40,16 @@ evaluation::WriterRig rig() {
 }
 
 /// The inside of a room, filmed by hand.
-void film(evaluation::SequenceWriter* writer) {
+void film(const std::string& directory) {
   Handheld motion;
   motion.duration_s = 5.0;
-  const std::vector<ImuSample> imu =
-      simulation::simulateImu(motion, simulation::ImuSimulationOptions());
-  for (const ImuSample& sample : imu) {
-    ASSERT_EQ(writer->addImu(kT0Ns + std::llround(1e9 * sample.t), sample), "");
-  }
-  for (int k = 0; k < 4; ++k) {  // an empty table of truth would be refused
-    ASSERT_EQ(writer->addTruth(kT0Ns + 1000000000LL * k, NavState()), "");
-  }
+  evaluation::RecordedMotion recording;
+  recording.t0_ns = kT0Ns;
+  recording.imu = simulation::simulateImu(motion, simulation::ImuSimulationOptions());
+  recording.truth.assign(4, NavState());  // an empty table of truth would be refused
+  for (int k = 0; k < 4; ++k) recording.truth[static_cast<std::size_t>(k)].t = k;
+  for (int k = 4; k < 92; ++k) recording.image_times.push_back(0.05 * k);
+  ASSERT_EQ(evaluation::writeAslFolder(directory, rig(), recording), "");
   const BoxRoom room(Eigen::Vector3d(3.0, 3.0, 2.0), feature_tracker_lines::textures::rich);
   const Camera camera(rig().camera);
   std::vector<Eigen::Vector3f> rays;
@@ -60,9 +59,8 @@ void film(evaluation::SequenceWriter* writer) {
                                 body.p_w_b + body.R_w_b * rig().calibration.t_b_c, 1, &rays);
     cv::GaussianBlur(image, image, cv::Size(), 0.6);
     feature_tracker_lines::addNoise(1.5, static_cast<std::uint64_t>(k), &image);
-    ASSERT_EQ(writer->addImage(kT0Ns + 50000000LL * k, image), "");
+    ASSERT_EQ(evaluation::writeAslImage(directory, kT0Ns + 50000000LL * k, image), "");
   }
-  ASSERT_EQ(writer->finish(), "");
 }
 
 /// The host's configuration file for the rig.
@@ -86,10 +84,7 @@ class DoctorTool : public ::testing::Test {
     root_ = fs::path(::testing::TempDir()) / ("slim_init_doctor_" + std::to_string(getpid()));
     fs::remove_all(root_);
     fs::create_directories(root_);
-    std::string error;
-    const auto writer = evaluation::makeAslWriter((root_ / "room").string(), rig(), &error);
-    ASSERT_NE(writer, nullptr) << error;
-    film(writer.get());
+    film(room());
   }
   static void TearDownTestSuite() {
     std::error_code ignored;
@@ -194,11 +189,9 @@ TEST_F(DoctorTool, FindsBlackImages) {
 TEST_F(DoctorTool, ReadsABag) {
   // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
-  std::string error;
-  const auto writer = evaluation::makeBagWriter(folder_.file("room.bag"),
-                                                {"/hand/imu", "/hand/image", "", true}, &error);
-  ASSERT_NE(writer, nullptr) << error;
-  film(writer.get());
+  ASSERT_EQ(evaluation::writeBag(room(), {"/hand/imu", "/hand/image", "", true},
+                                 folder_.file("room.bag")),
+            "");
   folder_.write("config.yaml",
                 configuration(rig().calibration.R_b_c,
                               "imu_topic: \"/hand/imu\"\nimage_topic: \"/hand/image\"\n"));

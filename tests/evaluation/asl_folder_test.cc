@@ -12,6 +12,7 @@
 
 #include "evaluation/image_files.h"
 #include "evaluation/scratch_folder.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/options.h"
@@ -30,10 +31,7 @@ class AslFolderTest : public ::testing::Test {
 
   void write(const WriterRig& rig) {
     fs::remove_all(directory());
-    std::string error;
-    const auto writer = makeAslWriter(directory(), rig, &error);
-    ASSERT_NE(writer, nullptr) << error;
-    TinyRecording::write(writer.get());
+    TinyRecording::write(directory(), rig);
   }
 
   std::string directory() const { return folder_.file("V9_01"); }
@@ -65,6 +63,14 @@ class AslFolderTest : public ::testing::Test {
     return sequence;
   }
 
+  /// By the sensor.yaml files.
+  Config configured() const {
+    Config config;
+    std::string error;
+    EXPECT_TRUE(loadSensorFiles(directory(), &config, &error)) << error;
+    return config;
+  }
+
   ScratchFolder folder_;
   ReadStatus status_;
 };
@@ -72,13 +78,13 @@ class AslFolderTest : public ::testing::Test {
 TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
   const auto sequence = opened();
   TinyRecording::expectIn(sequence.get());
-  EXPECT_EQ(sequence->name(), "V9_01");
-  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
+  EXPECT_EQ(sequence->name, "V9_01");
+  EXPECT_TRUE(sequence->notes.empty()) << sequence->notes.front();
 
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  const Config config = configured();
   const WriterRig rig = TinyRecording::rig();
-  const Calibration& calibration = sequence->calibration()->calibration;
-  const auto& camera = sequence->calibration()->camera;
+  const Calibration& calibration = config.calibration;
+  const auto& camera = config.camera;
   EXPECT_LT((calibration.R_b_c - rig.calibration.R_b_c).norm(), 1e-14);
   EXPECT_EQ(calibration.t_b_c, rig.calibration.t_b_c);
   EXPECT_EQ(calibration.imu_noise.gyro_density, rig.calibration.imu_noise.gyro_density);
@@ -97,7 +103,7 @@ TEST_F(AslFolderTest, AnyOfTheUsualFoldersMayBeNamed) {
        {directory(), directory() + "/", directory() + "/mav0", directory() + "/mav0/"}) {
     const auto sequence = openAslFolder(name, WindowOptions().max_imu_gap_s, &status_);
     ASSERT_NE(sequence, nullptr) << name << ": " << status_.message;
-    EXPECT_EQ(sequence->name(), "V9_01") << name;
+    EXPECT_EQ(sequence->name, "V9_01") << name;
   }
 }
 
@@ -107,11 +113,10 @@ TEST_F(AslFolderTest, OtherLensesComeBack) {
     rig.camera.model = model;
     rig.camera.xi = model == CameraModel::kMei ? 1.9 : 0.0;
     write(rig);
-    const auto sequence = opened();
-    ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-    EXPECT_EQ(sequence->calibration()->camera.model, model);
-    EXPECT_EQ(sequence->calibration()->camera.xi, rig.camera.xi);
-    EXPECT_EQ(sequence->calibration()->camera.distortion, rig.camera.distortion);
+    const Config config = configured();
+    EXPECT_EQ(config.camera.model, model);
+    EXPECT_EQ(config.camera.xi, rig.camera.xi);
+    EXPECT_EQ(config.camera.distortion, rig.camera.distortion);
   }
 }
 
@@ -119,8 +124,7 @@ TEST_F(AslFolderTest, SensorFilesOfTheDatasetHaveNoDirective) {
   for (const char* name : {"cam0/sensor.yaml", "imu0/sensor.yaml"}) {
     edit(name, "%YAML:1.0\n", "# General sensor definitions.\n");
   }
-  const auto sequence = opened();
-  EXPECT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  EXPECT_EQ(configured().camera.width, 64);
 }
 
 struct BadSensor {
@@ -143,24 +147,28 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
       {"noise", "imu0/sensor.yaml", "gyroscope_noise_density: ", "gyroscope_noise_density: -",
        "gyro_density"},
       {"body", "imu0/sensor.yaml", "data: [1", "data: [0.5", "T_BS is not the identity"},
-      {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", "not YAML"},
+      {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", "not a YAML file"},
       {"documents", "imu0/sensor.yaml", "T_BS:", "...\n- 4\nT_BS:", "comes after the end"},
   };
   for (const BadSensor& bad : cases) {
     SCOPED_TRACE(bad.name);
     const std::string original = readFile(file(bad.file));
     edit(bad.file, bad.from, bad.to);
+    Config config;
+    std::string error;
+    EXPECT_FALSE(loadSensorFiles(directory(), &config, &error));
+    EXPECT_EQ(config.camera.width, feature_tracker_lines::CameraParameters().width) << "as it was";
+    EXPECT_TRUE(contains(error, bad.file)) << error;
+    expectParts(error, bad.said);
     // --config may still bring a calibration, so the data are no error.
-    const auto sequence = opened();
-    EXPECT_FALSE(sequence->calibration().has_value());
-    EXPECT_TRUE(contains(sequence->calibrationProblem(), bad.file))
-        << sequence->calibrationProblem();
-    expectParts(sequence->calibrationProblem(), bad.said);
+    opened();
     folder_.write(std::string("V9_01/mav0/") + bad.file, original);
   }
   fs::remove(file("imu0/sensor.yaml"));
-  const auto sequence = opened();
-  expectParts(sequence->calibrationProblem(), "imu0/sensor.yaml cannot be read");
+  Config config;
+  std::string error;
+  EXPECT_FALSE(loadSensorFiles(directory(), &config, &error));
+  expectParts(error, "imu0/sensor.yaml: the file cannot be opened");
 }
 
 struct BadFolder {
@@ -180,18 +188,12 @@ TEST_F(AslFolderTest, ErrorsNameFileLineAndValue) {
        "imu0/data.csv does not exist"},
       {"IMU word", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,x,0,0,9\n"),
        "imu0/data.csv line 2|column 4 (w_z)|'x'"},
-      {"one sample", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,0,0,0,nan\n"),
-       "imu0/data.csv has 1 rows|(minimum 2)"},
       {"image stamp", overwrite("cam0/data.csv", "1.5,a.png\n"),
        "cam0/data.csv line 1|'1.5'|whole number"},
       {"images gone", [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0/data"); },
        "names 0 images that exist|.png does not exist"},
       {"truth columns", overwrite("state_groundtruth_estimate0/data.csv", "1,2,3\n"),
        "state_groundtruth_estimate0/data.csv line 1 has 3 columns|8 or 17"},
-      {"truth quaternion",
-       overwrite("state_groundtruth_estimate0/data.csv",
-                 "1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n3,0,0,0,2,0,0,0\n4,0,0,0,1,0,0,0\n"),
-       "line 3|norm is 2"},
   };
   for (const BadFolder& bad : cases) {
     SCOPED_TRACE(bad.name);
@@ -221,22 +223,22 @@ TEST_F(AslFolderTest, WhatIsOutOfOrderIsSortedInAndWhatRepeatsIsDropped) {
   append("state_groundtruth_estimate0/data.csv",
          truth.substr(second, truth.find('\n', second) + 1 - second));
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imuDisorder().out_of_order, 3);
-  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples + 1u);
-  EXPECT_EQ(sequence->imu()[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
-  EXPECT_EQ(sequence->imu()[1].gyro, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(sequence->imageDisorder().out_of_order, 2);
-  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.out_of_order, 3);
+  EXPECT_EQ(sequence->imu_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu.size(), TinyRecording::kImuSamples + 1u);
+  EXPECT_EQ(sequence->imu[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
+  EXPECT_EQ(sequence->imu[1].gyro, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(sequence->image_disorder.out_of_order, 2);
+  EXPECT_EQ(sequence->image_disorder.repeated, 1);
   EXPECT_EQ(sequence->images(), TinyRecording::kImages + 1u);
-  EXPECT_EQ(sequence->imageStampNs(1), t + 1);
+  EXPECT_EQ(sequence->stampNs(sequence->image_times[1]), t + 1);
   EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(0), cv::NORM_INF), 0.0);
-  ASSERT_EQ(sequence->notes().size(), 3u);
-  expectParts(sequence->notes()[0],
+  ASSERT_EQ(sequence->notes.size(), 3u);
+  expectParts(sequence->notes[0],
               "imu0/data.csv|1 IMU samples with the stamp of another|3 IMU samples out of order|"
               "1 IMU samples that cannot be read or are not finite");
-  expectParts(sequence->notes()[2], "1 rows with the stamp of another");
+  expectParts(sequence->notes[2], "1 rows with the stamp of another");
 }
 
 TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
@@ -246,16 +248,17 @@ TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
   folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(6)).filename().string(), "no image");
   const auto sequence = opened();
   // Without a file: known before anything is decoded.
-  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
+  EXPECT_EQ(sequence->image_disorder.unreadable, 1);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
-  ASSERT_EQ(sequence->notes().size(), 1u);
-  expectParts(sequence->notes()[0], "1 of 20 images");
-  EXPECT_TRUE(contains(sequence->notes()[0], image(3))) << sequence->notes()[0];
+  ASSERT_EQ(sequence->notes.size(), 1u);
+  expectParts(sequence->notes[0], "1 of 20 images");
+  EXPECT_TRUE(contains(sequence->notes[0], image(3))) << sequence->notes[0];
   for (const std::size_t k : {4u, 5u}) {
     std::string error;
     EXPECT_TRUE(sequence->image(k, &error).empty());
     expectParts(error, "cannot be decoded");
-    EXPECT_TRUE(contains(error, std::to_string(sequence->imageStampNs(k)))) << error;
+    EXPECT_TRUE(contains(error, std::to_string(sequence->stampNs(sequence->image_times[k]))))
+        << error;
     EXPECT_TRUE(sequence->image(k, nullptr).empty());
   }
   fs::remove(image(7));  // after opening
@@ -277,8 +280,8 @@ TEST_F(AslFolderTest, ColourBecomesGrey) {
 TEST_F(AslFolderTest, TruthIsOptional) {
   fs::remove_all(file("state_groundtruth_estimate0"));
   const auto sequence = opened();
-  EXPECT_TRUE(sequence->truth().empty());
-  EXPECT_TRUE(sequence->notes().empty());
+  EXPECT_TRUE(sequence->truth.empty());
+  EXPECT_TRUE(sequence->notes.empty());
 }
 
 TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
@@ -288,19 +291,20 @@ TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
   }
   folder_.write("V9_01/mav0/state_groundtruth_estimate0/data.csv", rows);
   const auto sequence = opened();
-  ASSERT_EQ(sequence->truth().size(), 10u);
-  EXPECT_FALSE(sequence->hasVelocityAndBias());
-  EXPECT_EQ(sequence->truth()[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
-  EXPECT_TRUE(std::isnan(sequence->truth()[0].gyro_bias.x()));
+  ASSERT_EQ(sequence->truth.size(), 10u);
+  EXPECT_FALSE(sequence->has_velocity_and_bias);
+  EXPECT_EQ(sequence->truth[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
+  EXPECT_TRUE(std::isnan(sequence->truth[0].gyro_bias.x()));
 }
 
 TEST_F(AslFolderTest, WriterRefusesAnOccupiedFolder) {
-  std::string error;
-  EXPECT_EQ(makeAslWriter(directory(), TinyRecording::rig(), &error), nullptr);
-  expectParts(error, "holds files already");
+  const auto refusal = [](const std::string& directory) {
+    return writeAslFolder(directory, TinyRecording::rig(), TinyRecording::recording());
+  };
+  expectParts(refusal(directory()), "holds files already");
   folder_.write("occupied", "");
-  EXPECT_EQ(makeAslWriter(folder_.file("occupied"), TinyRecording::rig(), &error), nullptr);
-  expectParts(error, "cannot be made");
+  expectParts(refusal(folder_.file("occupied")), "cannot be made");
+  expectParts(writeAslImage(folder_.file("none"), 1, TinyRecording::image(0)), "cannot be written");
 }
 
 }  // namespace

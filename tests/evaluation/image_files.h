@@ -75,44 +75,56 @@ struct TinyRecording {
     return rig;
   }
 
-  /// Writes everything; what fails is a failure of the test.
-  static void write(SequenceWriter* writer) {
+  /// All but the pixels, the first sample at `t0_ns`.
+  static RecordedMotion recording(std::int64_t t0_ns = kT0Ns) {
+    RecordedMotion recording;
+    recording.t0_ns = t0_ns;
     for (int k = 0; k < kImuSamples; ++k) {
-      EXPECT_EQ(writer->addImu(kT0Ns + k * kImuStepNs, imu(k)), "");
+      recording.imu.push_back(imu(k));
+      recording.imu.back().t = 1e-9 * static_cast<double>(k * kImuStepNs);
     }
-    for (int k = 0; k < kSpeeds; ++k) {
-      EXPECT_EQ(writer->addSpeed(kT0Ns + k * kSpeedStepNs, speed(k)), "");
-    }
+    for (int k = 0; k < kSpeeds; ++k) recording.speeds.push_back(speed(k));
     for (int k = 0; k < kImages; ++k) {
-      EXPECT_EQ(writer->addImage(kT0Ns + k * kImageStepNs, image(k)), "");
+      recording.image_times.push_back(1e-9 * static_cast<double>(k * kImageStepNs));
     }
     for (int k = 0; k < kTruthRows; ++k) {
-      EXPECT_EQ(writer->addTruth(kT0Ns + k * 10000000, truth(k)), "");
+      recording.truth.push_back(truth(k));
+      recording.truth.back().t = 0.01 * k;
     }
-    EXPECT_EQ(writer->finish(), "");
+    return recording;
+  }
+
+  /// Writes everything into an ASL folder; what fails is a failure of the test.
+  static void write(const std::string& directory, const WriterRig& rig,
+                    const RecordedMotion& recording = TinyRecording::recording()) {
+    ASSERT_EQ(writeAslFolder(directory, rig, recording), "");
+    for (int k = 0; k < kImages; ++k) {
+      EXPECT_EQ(writeAslImage(directory, recording.t0_ns + k * kImageStepNs, image(k)), "");
+    }
   }
 
   /// Expects `sequence` to be what write() wrote, bit for bit.
   static void expectIn(ImageSequence* sequence) {
-    EXPECT_EQ(sequence->t0Ns(), kT0Ns);
-    ASSERT_EQ(sequence->speeds().size(), static_cast<std::size_t>(kSpeeds));
+    EXPECT_EQ(sequence->t0_ns, kT0Ns);
+    ASSERT_EQ(sequence->speeds.size(), static_cast<std::size_t>(kSpeeds));
     for (int k = 0; k < kSpeeds; ++k) {
-      const SpeedSample& sample = sequence->speeds()[static_cast<std::size_t>(k)];
+      const SpeedSample& sample = sequence->speeds[static_cast<std::size_t>(k)];
       EXPECT_EQ(sample.t, speed(k).t);
       EXPECT_EQ(sample.velocity.x(), speed(k).velocity.x());
       EXPECT_EQ(sample.covariance(0, 0), speed(k).covariance(0, 0));
       EXPECT_TRUE(sample.forward_only);
     }
-    ASSERT_EQ(sequence->imu().size(), static_cast<std::size_t>(kImuSamples));
+    ASSERT_EQ(sequence->imu.size(), static_cast<std::size_t>(kImuSamples));
     for (int k = 0; k < kImuSamples; ++k) {
-      const ImuSample& sample = sequence->imu()[static_cast<std::size_t>(k)];
+      const ImuSample& sample = sequence->imu[static_cast<std::size_t>(k)];
       EXPECT_EQ(sample.t, 1e-9 * static_cast<double>(k * kImuStepNs));
       EXPECT_EQ(sample.gyro, imu(k).gyro) << k;
       EXPECT_EQ(sample.accel, imu(k).accel) << k;
     }
     ASSERT_EQ(sequence->images(), static_cast<std::size_t>(kImages));
     for (int k = 0; k < kImages; ++k) {
-      EXPECT_EQ(sequence->imageStampNs(static_cast<std::size_t>(k)), kT0Ns + k * kImageStepNs);
+      EXPECT_EQ(sequence->stampNs(sequence->image_times[static_cast<std::size_t>(k)]),
+                kT0Ns + k * kImageStepNs);
       std::string error;
       const cv::Mat read = sequence->image(static_cast<std::size_t>(k), &error);
       EXPECT_EQ(error, "");
@@ -120,10 +132,10 @@ struct TinyRecording {
       ASSERT_EQ(read.size(), image(k).size());
       EXPECT_EQ(cv::norm(read, image(k), cv::NORM_INF), 0.0) << k;
     }
-    ASSERT_EQ(sequence->truth().size(), static_cast<std::size_t>(kTruthRows));
-    EXPECT_TRUE(sequence->hasVelocityAndBias());
+    ASSERT_EQ(sequence->truth.size(), static_cast<std::size_t>(kTruthRows));
+    EXPECT_TRUE(sequence->has_velocity_and_bias);
     for (int k = 0; k < kTruthRows; ++k) {
-      const NavState& state = sequence->truth()[static_cast<std::size_t>(k)];
+      const NavState& state = sequence->truth[static_cast<std::size_t>(k)];
       EXPECT_EQ(state.p_w_b, truth(k).p_w_b);
       EXPECT_EQ(state.v_w_b, truth(k).v_w_b);
       EXPECT_EQ(state.gyro_bias, truth(k).gyro_bias);

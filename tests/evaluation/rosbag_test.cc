@@ -78,10 +78,8 @@ class RosbagTest : public ::testing::Test {
   std::string file() const { return folder_.file("tiny.bag"); }
 
   void writeTiny() const {
-    std::string error;
-    const auto writer = makeBagWriter(file(), BagTopics(), &error);
-    ASSERT_NE(writer, nullptr) << error;
-    TinyRecording::write(writer.get());
+    TinyRecording::write(folder_.file("asl"), TinyRecording::rig());
+    ASSERT_EQ(evaluation::writeBag(folder_.file("asl"), BagTopics(), file()), "");
   }
 
   /// A bag with IMU messages and whatever `images` writes.
@@ -127,9 +125,8 @@ TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
       open({"/imu0", "/cam0/image_raw", "/speed0", true}, groundtruthFileOf(file()));
   ASSERT_NE(sequence, nullptr) << status_.message;
   TinyRecording::expectIn(sequence.get());
-  EXPECT_EQ(sequence->name(), "tiny");
-  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
-  EXPECT_FALSE(sequence->calibration().has_value());
+  EXPECT_EQ(sequence->name, "tiny");
+  EXPECT_TRUE(sequence->notes.empty()) << sequence->notes.front();
 }
 
 // nav_msgs/Odometry has a frame and a pose before the velocity; all three components are measured.
@@ -164,18 +161,18 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
   });
   BagTopics topics = {"/imu0", "/cam0/image_raw", "odom", false};
   const auto sequence = opened(topics);
-  ASSERT_EQ(sequence->speeds().size(), 2u);
-  const SpeedSample& second = sequence->speeds()[1];
+  ASSERT_EQ(sequence->speeds.size(), 2u);
+  const SpeedSample& second = sequence->speeds[1];
   EXPECT_NEAR(second.t, 0.1, 1e-12);
   EXPECT_EQ(second.velocity, Eigen::Vector3d(2.0, -0.5, 0.0));
   EXPECT_EQ(second.covariance(1, 2), 8.0);
   EXPECT_FALSE(second.forward_only);
-  EXPECT_TRUE(contains(sequence->notes().front(), "velocities")) << sequence->notes().front();
+  EXPECT_TRUE(contains(sequence->notes.front(), "velocities")) << sequence->notes.front();
   topics.speed = "/wheel";
   const auto without = open(topics);
   ASSERT_NE(without, nullptr) << status_.message;
-  EXPECT_TRUE(without->speeds().empty());
-  expectParts(without->notes().front(), "no topic /wheel|speed_topic");
+  EXPECT_TRUE(without->speeds.empty());
+  expectParts(without->notes.front(), "no topic /wheel|speed_topic");
   topics.speed = "/imu1";
   EXPECT_EQ(open(topics), nullptr);
   expectParts(status_.message, "speed_topic|/imu1|sensor_msgs/Imu|nav_msgs/Odometry");
@@ -184,7 +181,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
 TEST_F(RosbagTest, WithoutTruthAndWithoutLeadingSlashes) {
   writeTiny();
   const auto sequence = opened({"imu0", "cam0/image_raw", "", true});
-  EXPECT_TRUE(sequence->truth().empty());
+  EXPECT_TRUE(sequence->truth.empty());
   EXPECT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages));
 }
 
@@ -257,7 +254,8 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
   const auto problem = [&](std::size_t k) {
     std::string error;
     EXPECT_TRUE(sequence->image(k, &error).empty()) << k;
-    EXPECT_TRUE(contains(error, "/cam0/image_raw at " + std::to_string(sequence->imageStampNs(k))))
+    EXPECT_TRUE(contains(
+        error, "/cam0/image_raw at " + std::to_string(sequence->stampNs(sequence->image_times[k]))))
         << error;
     return error;
   };
@@ -295,11 +293,11 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
   });
   const auto sequence = opened();
   ASSERT_EQ(sequence->images(), 4u);
-  EXPECT_EQ(sequence->imageDisorder().out_of_order, 1);
-  EXPECT_EQ(sequence->imageDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imuDisorder().repeated, 1);
-  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
+  EXPECT_EQ(sequence->image_disorder.out_of_order, 1);
+  EXPECT_EQ(sequence->image_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu_disorder.repeated, 1);
+  EXPECT_EQ(sequence->imu.size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(cv::norm(sequence->image(k, nullptr), TinyRecording::image(static_cast<int>(k)),
                        cv::NORM_INF),
@@ -307,7 +305,7 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
         << k;
   }
   std::string notes;
-  for (const std::string& note : sequence->notes()) notes += note + "\n";
+  for (const std::string& note : sequence->notes) notes += note + "\n";
   expectParts(notes, "1 images out of order|not finite");
 }
 
@@ -343,9 +341,9 @@ TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
   damage(std::string("\x04\0\0\0imu0", 8), 10, huge);
   folder_.write("tiny.bag", bytes);
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imageDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imuDisorder().unreadable, 1);
-  EXPECT_EQ(sequence->imu().size(), TinyRecording::kImuSamples - 1u);
+  EXPECT_EQ(sequence->image_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu_disorder.unreadable, 1);
+  EXPECT_EQ(sequence->imu.size(), TinyRecording::kImuSamples - 1u);
   ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
   std::string error;
   EXPECT_TRUE(sequence->image(4, &error).empty());
@@ -464,22 +462,23 @@ TEST_F(RosbagTest, UnusualBagsAreRead) {
     writeSmallImages(&bag);
   }
   const auto sequence = opened();
-  EXPECT_EQ(sequence->imu().size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
+  EXPECT_EQ(sequence->imu.size(), static_cast<std::size_t>(TinyRecording::kImuSamples));
   EXPECT_EQ(sequence->images(), 3U);
 }
 
 TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {
-  std::string error;
-  const auto writer = makeBagWriter(file(), BagTopics(), &error);
-  ASSERT_NE(writer, nullptr) << error;
-  for (const std::int64_t stamp_ns : {std::int64_t{0}, std::int64_t{4294967296000000000}}) {
-    expectParts(writer->addImu(stamp_ns, TinyRecording::imu(0)), "tiny.bag cannot be written");
+  for (const std::int64_t t0_ns : {std::int64_t{0}, std::int64_t{4294967296000000000}}) {
+    const std::string asl = folder_.file("asl" + std::to_string(t0_ns));
+    TinyRecording::write(asl, TinyRecording::rig(), TinyRecording::recording(t0_ns));
+    expectParts(evaluation::writeBag(asl, BagTopics(), file()), "tiny.bag cannot be written");
   }
-  EXPECT_EQ(writer->addImu(5, TinyRecording::imu(0)), "");
-  EXPECT_EQ(writer->finish(), "");
+  writeTiny();
   folder_.write("occupied", "");
-  EXPECT_EQ(makeBagWriter(folder_.file("occupied/x.bag"), BagTopics(), &error), nullptr);
-  expectParts(error, "cannot be written");
+  expectParts(
+      evaluation::writeBag(folder_.file("asl"), BagTopics(), folder_.file("occupied/x.bag")),
+      "occupied/x.bag cannot be written");
+  expectParts(evaluation::writeBag(folder_.file("none"), BagTopics(), file()),
+              "none is not a directory");
 }
 
 }  // namespace

@@ -19,15 +19,15 @@ namespace {
 class SlidingCard : public ImageSequence {
  public:
   explicit SlidingCard(int images) {
-    name_ = "card";
-    t0_ns_ = 1000;
+    name = "card";
+    t0_ns = 1000;
     for (int k = 0; k <= 10 * images; ++k) {
       ImuSample sample;
       sample.t = 0.005 * k;
       sample.accel.z() = 9.81;
-      imu_.push_back(sample);
+      imu.push_back(sample);
     }
-    for (int k = 0; k < images; ++k) image_stamps_ns_.push_back(t0_ns_ + 50000000LL * k);
+    for (int k = 0; k < images; ++k) image_times.push_back(0.05 * k);
   }
 
   cv::Mat image(std::size_t k, std::string* error) override {
@@ -45,8 +45,8 @@ class SlidingCard : public ImageSequence {
     return picture;
   }
 
-  void moveImages(std::int64_t ns) {
-    for (std::int64_t& stamp : image_stamps_ns_) stamp += ns;
+  void moveImages(double seconds) {
+    for (double& t : image_times) t += seconds;
   }
 
   std::set<std::size_t> unreadable, small;
@@ -80,7 +80,7 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   ASSERT_EQ(tracked.frames.size(), 12u);
   EXPECT_EQ(tracked.summary.tracked, 12);
   EXPECT_EQ(tracked.summary.images, 12);
-  EXPECT_EQ(tracked.frames[5].t, card.imageTime(5));
+  EXPECT_EQ(tracked.frames[5].t, card.image_times[5]);
   // 80 corners of squares that nothing hides.
   EXPECT_GT(tracked.summary.points, 20.0);
   EXPECT_GT(tracked.summary.points_carried, 0.7 * tracked.summary.points);
@@ -105,12 +105,12 @@ TEST(TrackImages, WhatCannotBeUsedIsCountedAndLeftOut) {
   EXPECT_EQ(tracked.summary.tracked, 9);
   EXPECT_EQ(tracked.summary.first_problem, "image 3 is torn");
   ASSERT_EQ(tracked.frames.size(), 9u);
-  EXPECT_EQ(tracked.frames[3].t, card.imageTime(4));
+  EXPECT_EQ(tracked.frames[3].t, card.image_times[4]);
 }
 
 TEST(TrackImages, ImagesOutsideTheImuAreLeftOut) {
   SlidingCard card(12);
-  card.moveImages(-60000000);  // images 0 and 1 lie before the first sample
+  card.moveImages(-0.06);  // images 0 and 1 lie before the first sample
   Tracked tracked = track(&card);
   ASSERT_EQ(tracked.error, "");
   EXPECT_EQ(tracked.summary.outside_imu, 2);

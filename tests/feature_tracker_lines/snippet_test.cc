@@ -34,9 +34,9 @@ TEST_P(Snippet, TracksPersist) {
   FrameObservation frame, before;
   std::size_t next_imu = 0;
   for (std::size_t k = 0; k < recording->images(); ++k) {
-    const double t = recording->imageTime(k);
-    while (next_imu < recording->imu().size() && recording->imu()[next_imu].t <= t) {
-      front_end.addImu(recording->imu()[next_imu++]);
+    const double t = recording->image_times[k];
+    while (next_imu < recording->imu.size() && recording->imu[next_imu].t <= t) {
+      front_end.addImu(recording->imu[next_imu++]);
     }
     before = frame;
     ASSERT_EQ(front_end.addImage(t, recording->image(k, nullptr), &frame), ImageStatus::kTracked);

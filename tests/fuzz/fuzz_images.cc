@@ -8,6 +8,7 @@
 
 #include "fuzz_target.h"
 #include "sequence_check.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 
 namespace {
@@ -64,5 +65,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   slim_init::evaluation::ReadStatus status;
   const auto sequence = slim_init::evaluation::openAslFolder(folder.path(), 0.05, &status);
   slim_init::fuzz::checkSequence(sequence.get(), status);
+  slim_init::Config config;
+  std::string error;
+  const bool loaded = slim_init::loadSensorFiles(folder.path(), &config, &error);
+  FUZZ_CHECK(loaded || !error.empty(), "refused without a word");
   return 0;
 }

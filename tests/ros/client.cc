@@ -120,9 +120,9 @@ double scaleOf(const InitResultMessage& result, const std::string& bag) {
   }
   std::vector<Eigen::Vector3d> estimate, truth;
   for (std::size_t k = 0; k < result.stamps.size(); ++k) {
-    const double t = 1e-9 * static_cast<double>(stampNs(result.stamps[k]) - sequence->t0Ns());
+    const double t = 1e-9 * static_cast<double>(stampNs(result.stamps[k]) - sequence->t0_ns);
     const auto& p = result.poses[k].position;
-    for (const NavState& state : sequence->truth()) {
+    for (const NavState& state : sequence->truth) {
       if (std::abs(state.t - t) > 1e-6) continue;
       estimate.emplace_back(p.x, p.y, p.z);
       truth.push_back(state.p_w_b);

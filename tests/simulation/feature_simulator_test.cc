@@ -53,7 +53,7 @@ struct Scene {
   }
 };
 
-Scene scene(const std::string& motion, WorldKind kind, double duration = 30.0) {
+Scene scene(const std::string& motion, const std::string& kind, double duration = 30.0) {
   Scene s;
   s.trajectory = makeBuiltinTrajectory(motion, duration, s.calibration.R_b_c, 1);
   std::vector<Eigen::Vector3d> path;
@@ -141,7 +141,7 @@ void expectSame(const std::vector<FrameObservation>& a, const std::vector<FrameO
 }
 
 TEST(FeatureStreams, EqualSeedsGiveEqualBytesOfIndependentStreams) {
-  const Scene s = scene("circle", WorldKind::kRoom);
+  const Scene s = scene("circle", "room");
   FeatureSimulationOptions options;
   options.drift = 0.04;
   options.outlier_rate = 0.1;
@@ -159,7 +159,7 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesOfIndependentStreams) {
 }
 
 TEST(FeatureProjection, NoiseFreeObservationsAreProjectionsOfOneVisiblePoint) {
-  const Scene s = scene("figure-eight", WorldKind::kRoom);
+  const Scene s = scene("figure-eight", "room");
   const auto frames = s.run(noiseFree(), 120);
   const PinholeCamera camera;
   std::map<FeatureId, int> point_of;
@@ -184,7 +184,7 @@ TEST(FeatureProjection, NoiseFreeObservationsAreProjectionsOfOneVisiblePoint) {
 }
 
 TEST(FeatureProjection, NoiseFreeLinesLieOnTheirSegmentAndInTheImage) {
-  const Scene s = scene("figure-eight", WorldKind::kRoom);
+  const Scene s = scene("figure-eight", "room");
   FeatureSimulationCounts counts;
   const auto frames = s.run(noiseFree(), 300, &counts);
   const PinholeCamera camera;
@@ -299,7 +299,7 @@ TEST_F(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
 }
 
 TEST_F(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
-  const Scene s = scene("circle", WorldKind::kHall);
+  const Scene s = scene("circle", "hall");
   FeatureSimulationOptions options;
   options.outlier_rate = 0.1;
   FeatureSimulationCounts counts;
@@ -324,7 +324,7 @@ TEST_F(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
 }
 
 TEST_F(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
-  const Scene s = scene("circle", WorldKind::kRoom);
+  const Scene s = scene("circle", "room");
   for (const FrameObservation& frame : s.run(FeatureSimulationOptions())) {
     EXPECT_LE(frame.points.size(), 100U);
     EXPECT_GE(frame.points.size(), 90U);
@@ -334,7 +334,7 @@ TEST_F(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
 }
 
 TEST_F(FeatureTracks, NewPointsKeepTheirDistance) {
-  const Scene s = scene("figure-eight", WorldKind::kRoom);
+  const Scene s = scene("figure-eight", "room");
   options_.max_points = 150;
   for (const double distance : {15.0, 30.0}) {
     options_.min_point_distance = distance;
@@ -525,7 +525,7 @@ TEST_F(LineErrors, EndPointNoiseHasTheSigmaGiven) {
 }
 
 TEST_F(LineErrors, ConfidenceGrowsWithLength) {
-  const Scene s = scene("circle", WorldKind::kRoom);
+  const Scene s = scene("circle", "room");
   double sum[2] = {}, count[2] = {};  // of short and of long lines
   for (const FrameObservation& frame : s.run(FeatureSimulationOptions())) {
     for (const LineObservation& o : frame.lines) {
@@ -558,7 +558,7 @@ TEST(FeatureStreams, EmptyInputGivesEmptyFrames) {
 
 /// A motion that turns and moves fast, seen row by row.
 Scene rollingScene(double readout_s) {
-  Scene s = scene("figure-eight", WorldKind::kRoom);
+  Scene s = scene("figure-eight", "room");
   s.calibration.readout_s = readout_s;
   s.calibration.td = 0.007;
   return s;

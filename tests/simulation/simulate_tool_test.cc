@@ -15,6 +15,7 @@
 
 #include "evaluation/scratch_folder.h"
 #include "simulation/needs_povray.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/options.h"
@@ -42,6 +43,14 @@ std::unique_ptr<evaluation::ImageSequence> opened(const std::string& path) {
   return sequence;
 }
 
+/// Its camera and calibration.
+Config configured(const std::string& path) {
+  Config config;
+  std::string error;
+  EXPECT_TRUE(loadSensorFiles(path, &config, &error)) << error;
+  return config;
+}
+
 class Simulate : public ::testing::Test {
  protected:
   const ScratchFolder folder;
@@ -56,24 +65,24 @@ TEST_F(Simulate, WritesASequenceThatIsReadBack) {
 
   const auto sequence = opened(folder.file("seq"));
   ASSERT_EQ(sequence->images(), 7u);
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-  const auto& camera = sequence->calibration()->camera;
+  const Config config = configured(folder.file("seq"));
+  const auto& camera = config.camera;
   EXPECT_EQ(camera.width, 150);
   EXPECT_NEAR(camera.fx, 0.2 * 458.654, 1e-9);
   EXPECT_NEAR(camera.distortion[0], -0.28340811, 1e-12);
   // 200 Hz and 0.1 s before and after the images.
-  EXPECT_NEAR(static_cast<double>(sequence->imu().size()), 200 * 0.8, 2.0);
-  EXPECT_LE(sequence->imu().front().t, sequence->imageTime(0));
-  EXPECT_GE(sequence->imu().back().t, sequence->imageTime(6));
-  EXPECT_TRUE(sequence->hasVelocityAndBias());
+  EXPECT_NEAR(static_cast<double>(sequence->imu.size()), 200 * 0.8, 2.0);
+  EXPECT_LE(sequence->imu.front().t, sequence->image_times[0]);
+  EXPECT_GE(sequence->imu.back().t, sequence->image_times[6]);
+  EXPECT_TRUE(sequence->has_velocity_and_bias);
   // The truth is the motion.
   std::string error;
-  const auto motion = simulation::makeBuiltinTrajectory(
-      "circle", 5.0, sequence->calibration()->calibration.R_b_c, 1, &error);
+  const auto motion =
+      simulation::makeBuiltinTrajectory("circle", 5.0, config.calibration.R_b_c, 1, &error);
   ASSERT_NE(motion, nullptr) << error;
   constexpr std::int64_t kStart = 1400000000000000000;
-  for (const NavState& state : sequence->truth()) {
-    const double t = 1e-9 * static_cast<double>(sequence->t0Ns() - kStart) + state.t;
+  for (const NavState& state : sequence->truth) {
+    const double t = 1e-9 * static_cast<double>(sequence->t0_ns - kStart) + state.t;
     EXPECT_LT((state.p_w_b - motion->at(t).p_w_b).norm(), 1e-6);
     EXPECT_LT((state.R_w_b - motion->at(t).R_w_b).norm(), 1e-6);
   }
@@ -128,9 +137,8 @@ TEST_F(Simulate, ARollingShutterIsDrawnRowByRow) {
   };
   const auto global = simulate("global", {});
   const auto rolling = simulate("rolling", {"--readout", "0.08"});
-  ASSERT_TRUE(global->calibration().has_value() && rolling->calibration().has_value());
-  EXPECT_EQ(global->calibration()->calibration.readout_s, 0.0);
-  EXPECT_EQ(rolling->calibration()->calibration.readout_s, 0.08);
+  EXPECT_EQ(configured(folder.file("global")).calibration.readout_s, 0.0);
+  EXPECT_EQ(configured(folder.file("rolling")).calibration.readout_s, 0.08);
   ASSERT_EQ(global->images(), rolling->images());
   std::string error;
   const cv::Mat at_once = global->image(1, &error), by_rows = rolling->image(1, &error);
@@ -182,9 +190,9 @@ TEST_F(Simulate, RecordingKeepsItsImuAndImageTimes) {
           .ok());
   const auto sequence = opened(folder.file("seq"));
   EXPECT_GE(sequence->images(), 6u);
-  const double shift = 1e-9 * static_cast<double>(sequence->t0Ns() - recorded.t0_ns);
+  const double shift = 1e-9 * static_cast<double>(sequence->t0_ns - recorded.t0_ns);
   for (std::size_t k = 0; k < sequence->images(); ++k) {
-    const double t = sequence->imageTime(k) + shift;
+    const double t = sequence->image_times[k] + shift;
     EXPECT_TRUE(std::any_of(recorded.image_times.begin(), recorded.image_times.end(),
                             [t](double r) { return std::abs(r - t) < 1e-8; }))
         << t;
@@ -192,9 +200,9 @@ TEST_F(Simulate, RecordingKeepsItsImuAndImageTimes) {
   const auto first = std::find_if(recorded.imu.begin(), recorded.imu.end(),
                                   [&](const auto& s) { return std::abs(s.t - shift) < 1e-8; });
   ASSERT_NE(first, recorded.imu.end());
-  for (std::size_t i = 0; i < sequence->imu().size(); ++i) {
-    EXPECT_EQ(sequence->imu()[i].gyro, (first + static_cast<std::ptrdiff_t>(i))->gyro);
-    EXPECT_EQ(sequence->imu()[i].accel, (first + static_cast<std::ptrdiff_t>(i))->accel);
+  for (std::size_t i = 0; i < sequence->imu.size(); ++i) {
+    EXPECT_EQ(sequence->imu[i].gyro, (first + static_cast<std::ptrdiff_t>(i))->gyro);
+    EXPECT_EQ(sequence->imu[i].accel, (first + static_cast<std::ptrdiff_t>(i))->accel);
   }
 }
 
@@ -220,17 +228,17 @@ TEST_F(Simulate, PosesFromAFile) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto sequence = opened(folder.file("seq"));
   EXPECT_EQ(sequence->images(), 5u);
-  for (const ImuSample& sample : sequence->imu()) {
+  for (const ImuSample& sample : sequence->imu) {
     EXPECT_LT(sample.gyro.norm(), 0.15);  // EuRoC's biases and noise
     EXPECT_NEAR(sample.accel.norm(), 9.79, 0.3);
   }
   // The folder has the rig.
-  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
-  EXPECT_EQ(sequence->calibration()->calibration.td, 0.03);
-  EXPECT_EQ(sequence->calibration()->calibration.gravity_magnitude, 9.79);
+  const Calibration calibration = configured(folder.file("seq")).calibration;
+  EXPECT_EQ(calibration.td, 0.03);
+  EXPECT_EQ(calibration.gravity_magnitude, 9.79);
   // The velocities are those of its sensor, whose x axis is the body's, up; at the images' time.
-  EXPECT_NEAR(static_cast<double>(sequence->speeds().size()), 21.0, 1.0);
-  for (const SpeedSample& sample : sequence->speeds()) {
+  EXPECT_NEAR(static_cast<double>(sequence->speeds.size()), 21.0, 1.0);
+  for (const SpeedSample& sample : sequence->speeds) {
     EXPECT_LT(std::abs(sample.velocity.x()), 0.1);
   }
 }

@@ -72,32 +72,29 @@ struct Wall {
     return picture;
   }
 
-  static void write(evaluation::SequenceWriter* writer) {
-    for (int k = 0; k <= static_cast<int>(200 * kSeconds); ++k) {
-      ASSERT_EQ(writer->addImu(kT0Ns + 5000000LL * k, imu(k / 200.0)), "");
-      if (k % 2 == 0) {
-        ASSERT_EQ(writer->addTruth(kT0Ns + 5000000LL * k, truth(k / 200.0)), "");
-      }
-      if (k % 10 == 0) {
-        ASSERT_EQ(writer->addImage(kT0Ns + 5000000LL * k, image(k / 200.0)), "");
-      }
-    }
-    ASSERT_EQ(writer->finish(), "");
-  }
-
   static void writeAsl(const std::string& directory) {
-    std::string error;
-    const auto writer = evaluation::makeAslWriter(directory, rig(), &error);
-    ASSERT_NE(writer, nullptr) << error;
-    write(writer.get());
+    evaluation::RecordedMotion recording;
+    recording.t0_ns = kT0Ns;
+    for (int k = 0; k <= static_cast<int>(200 * kSeconds); ++k) {
+      const double t = k / 200.0;
+      recording.imu.push_back(imu(t));
+      recording.imu.back().t = t;
+      if (k % 2 == 0) {
+        recording.truth.push_back(truth(t));
+        recording.truth.back().t = t;
+      }
+      if (k % 10 == 0) recording.image_times.push_back(t);
+    }
+    ASSERT_EQ(evaluation::writeAslFolder(directory, rig(), recording), "");
+    for (const double t : recording.image_times) {
+      ASSERT_EQ(evaluation::writeAslImage(directory, recording.stampNs(t), image(t)), "");
+    }
   }
 
   static void writeBag(const std::string& file) {
-    std::string error;
-    const auto writer =
-        evaluation::makeBagWriter(file, {"/wall/imu", "/wall/image", "", true}, &error);
-    ASSERT_NE(writer, nullptr) << error;
-    write(writer.get());
+    writeAsl(file + ".asl");
+    ASSERT_EQ(evaluation::writeBag(file + ".asl", {"/wall/imu", "/wall/image", "", true}, file),
+              "");
   }
 
   /// The host's configuration file for this rig.

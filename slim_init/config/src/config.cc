@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <exception>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include "host_keys.h"
+#include "sensor_files.h"
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/work_budget.h"
 #include "yaml_value.h"
@@ -260,6 +262,19 @@ bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error) {
   });
   if (loaded) *keys = config.host;
   return loaded;
+}
+
+bool loadSensorFiles(const std::string& folder, Config* config, std::string* error) {
+  const std::string inside = folder + "/mav0";
+  const std::string root = std::ifstream(inside + "/cam0/sensor.yaml") ? inside : folder;
+  const std::string camera = root + "/cam0/sensor.yaml", imu = root + "/imu0/sensor.yaml";
+  std::string file = camera;
+  return transact(config, error, &file, [&](Config* result, SectionLog* /*log*/) {
+    readCameraFile(openFile(camera, Directive::kOptional)->root(), result);
+    file = imu;
+    readImuFile(openFile(imu, Directive::kOptional)->root(), result);
+    file = camera + " and " + imu;
+  });
 }
 
 bool loadOptions(const std::string& path, Config* config, std::string* error) {

@@ -36,20 +36,6 @@ constexpr double kUnknownTranslationSigma = 0.1;
 static_assert(kUnknownRotationSigma >= CalibrationSigmas::kUnknownRotationDeg,
               "has to be taken as unknown");
 
-template <typename T>
-void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
-                  const char* purpose, T* value) {
-  const cv::FileNode node = parent[key];
-  if (node.empty()) fail(prefix, key, " is missing; it is needed for ", purpose);
-  read(prefix + key, node, value);
-}
-
-template <typename T>
-void readOptional(const cv::FileNode& root, const char* key, T* value) {
-  const cv::FileNode node = root[key];
-  if (!node.empty()) read(key, node, value);
-}
-
 void checkRange(const OptionField& option) {
   const auto check = [&option](auto value) {
     if (value >= option.range.min && value <= option.range.max) return;
@@ -102,13 +88,6 @@ constexpr IntrinsicNames kIntrinsics[] = {
      "distortion_parameters",
      {"k1", "k2", "p1", "p2"}},
 };
-
-cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
-  const cv::FileNode node = root[key];
-  if (node.empty()) fail(key, " is missing; it is needed for the camera model");
-  if (!node.isMap()) wrongKind(key, node, "a section of keys");
-  return node;
-}
 
 CameraParameters readCamera(const cv::FileNode& root, std::vector<std::string>* notes) {
   constexpr char kPurpose[] = "the camera model";
@@ -199,23 +178,6 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
   Eigen::MatrixXd result;
   cv::cv2eigen(matrix, result);
   return result;
-}
-
-// The rotation nearest to `R`: files carry a few digits. Refuses what was not meant as one.
-Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R) {
-  if (!R.allFinite()) fail(key, " has a value that is not a number");
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
-  constexpr double kLargest = 1e-2;
-  if (nearest.determinant() < 0.0) {
-    fail(key, " has determinant ", R.determinant(),
-         ", must be a rotation (+1): one axis is mirrored");
-  }
-  if ((R - nearest).norm() > kLargest) {
-    fail(key, " is ", (R - nearest).norm(), " away from the nearest rotation (limit ", kLargest,
-         ")");
-  }
-  return nearest;
 }
 
 // VINS-Fusion has the camera in a file of its own, reads image0_topic, and both parts of the
@@ -399,6 +361,22 @@ void readHostMask(const std::string& path, Config* config) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R) {
+  if (!R.allFinite()) fail(key, " has a value that is not a number");
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  constexpr double kLargest = 1e-2;
+  if (nearest.determinant() < 0.0) {
+    fail(key, " has determinant ", R.determinant(),
+         ", must be a rotation (+1): one axis is mirrored");
+  }
+  if ((R - nearest).norm() > kLargest) {
+    fail(key, " is ", (R - nearest).norm(), " away from the nearest rotation (limit ", kLargest,
+         ")");
+  }
+  return nearest;
+}
 
 OptionTable switchTable(HostKeys* o) {
   return {

@@ -27,6 +27,10 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host);
 /// our section may set them otherwise. Throws a Problem (yaml_value.h).
 void readHost(const cv::FileNode& root, const std::string& path, Config* config);
 
+/// The rotation nearest to `R`: files carry a few digits. Throws a Problem (yaml_value.h) about
+/// what was not meant as one.
+Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R);
+
 /// After our section was read: a rotation that is absent has to be unknown. Throws a Problem
 /// (yaml_value.h).
 void checkExtrinsic(const Config& config);

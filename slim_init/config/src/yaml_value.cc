@@ -115,7 +115,14 @@ std::string lower(std::string word) {
   return word;
 }
 
-std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
+cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) fail(key, " is missing; it is needed for the camera model");
+  if (!node.isMap()) wrongKind(key, node, "a section of keys");
+  return node;
+}
+
+std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive directive) {
   // Tried first, because OpenCV prints to the console about a file it cannot open.
   std::ifstream file(path, std::ios::binary);
   if (!file.is_open()) fail("the file cannot be opened");
@@ -126,7 +133,11 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
     fail(kNotYaml, why);
   }
   try {
-    auto storage = std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
+    const bool add = directive == Directive::kOptional && text.compare(0, 5, "%YAML") != 0;
+    constexpr int kText =
+        cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML;
+    auto storage = add ? std::make_unique<cv::FileStorage>("%YAML:1.0\n" + text, kText)
+                       : std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
     if (!storage->isOpened()) fail("the file cannot be read");
     return storage;
   } catch (const cv::Exception& exception) {

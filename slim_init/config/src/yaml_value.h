@@ -35,6 +35,25 @@ void read(const std::string& key, const cv::FileNode& node, std::string* value);
 void read(const std::string& key, const cv::FileNode& node, const OptionWord& value);
 void read(const std::string& key, const cv::FileNode& node, const OptionField& option);
 
+/// The same of a key that has to be there.
+template <typename T>
+void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
+                  const char* purpose, T* value) {
+  const cv::FileNode node = parent[key];
+  if (node.empty()) fail(prefix, key, " is missing; it is needed for ", purpose);
+  read(prefix + key, node, value);
+}
+
+/// The same of a key that may be absent.
+template <typename T>
+void readOptional(const cv::FileNode& root, const char* key, T* value) {
+  const cv::FileNode node = root[key];
+  if (!node.empty()) read(key, node, value);
+}
+
+/// A section of the camera model that has to be there.
+cv::FileNode requiredSection(const cv::FileNode& root, const char* key);
+
 /// The value of an option as a file has it: "0.22", "1", "own".
 std::string written(const OptionField& option);
 
@@ -45,6 +64,8 @@ std::string lower(std::string text);
 
 /// Opens a YAML file; throws a Problem where that fails. On the heap: in OpenCV before 4.5.2 nodes
 /// point back to the FileStorage object itself, which must therefore not move.
-std::unique_ptr<cv::FileStorage> openFile(const std::string& path);
+enum class Directive { kRequired, kOptional };  ///< the first line, %YAML:1.0
+std::unique_ptr<cv::FileStorage> openFile(const std::string& path,
+                                          Directive directive = Directive::kRequired);
 
 }  // namespace slim_init::config

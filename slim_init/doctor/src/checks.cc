@@ -79,7 +79,7 @@ DoctorReport examine(const DoctorData& data, const DoctorOptions& options) {
   checkImuValues(data, report.alignment, options, findings);
   checkImuNoise(data, report.answers, options, findings);
   report.lines = checkRotation(data, report.alignment, report.answers, options, findings);
-  checkExcitation(data, report.alignment, options, findings);
+  checkExcitation(data, report.alignment, report.answers, options, findings);
   checkEstimates(report.answers, options, findings);
   return report;
 }

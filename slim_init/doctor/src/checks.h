@@ -57,7 +57,8 @@ void checkImuNoise(const DoctorData& data, const WindowEstimates& answers,
                    const DoctorOptions& options, Findings* findings);
 /// Whether there is enough motion to initialize.
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
-                     const DoctorOptions& options, Findings* findings);
+                     const WindowEstimates& answers, const DoctorOptions& options,
+                     Findings* findings);
 
 /// Severity of a value that must not exceed the bound.
 Severity severityAbove(double value, const DoctorOptions::Bound& bound);

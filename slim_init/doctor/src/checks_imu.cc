@@ -50,39 +50,6 @@ double turnedGravity(std::vector<ImuSample> imu, double scale, const Eigen::Vect
   return median(norms);
 }
 
-/// Scatter of a value over windows of `window_s`: root mean square deviation of its means over 0.2
-/// s from their mean; median over the windows. The short means remove vibration, which is no
-/// motion. NaN without a whole window.
-double scatterOverWindows(const std::vector<ImuSample>& imu, Eigen::Vector3d ImuSample::*value,
-                          double window_s) {
-  constexpr double kMeanOver = 0.2;    // [s]
-  constexpr double kLeastShare = 0.8;  // of a window that has to hold samples
-  std::vector<double> scatters;
-  std::size_t k = 0;
-  while (k < imu.size()) {
-    const double begin = imu[k].t;
-    double last = begin;
-    std::vector<Eigen::Vector3d> means;
-    while (k < imu.size() && imu[k].t <= begin + window_s) {
-      const double slot = imu[k].t;
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      int count = 0;
-      for (; k < imu.size() && imu[k].t < slot + kMeanOver; ++k, ++count) {
-        sum += imu[k].*value;
-        last = imu[k].t;
-      }
-      means.push_back(sum / count);
-    }
-    if (last - begin < kLeastShare * window_s) continue;
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& m : means) center += m / static_cast<double>(means.size());
-    double sum2 = 0.0;
-    for (const Eigen::Vector3d& m : means) sum2 += (m - center).squaredNorm();
-    scatters.push_back(std::sqrt(sum2 / static_cast<double>(means.size())));
-  }
-  return median(scatters);
-}
-
 /// Whether camera and gyro measure the same motion.
 bool isSolved(const RotationAlignment& alignment, const DoctorOptions& options) {
   return alignment.status == AlignmentStatus::kSolved &&
@@ -181,33 +148,28 @@ void checkImuValues(const DoctorData& data, const RotationAlignment& alignment,
 }
 
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
-                     const DoctorOptions& options, Findings* findings) {
+                     const WindowEstimates& answers, const DoctorOptions& options,
+                     Findings* findings) {
   if (data.imu.empty()) return;
-  const auto check = [&](const char* name, const char* what, double scatter, double least,
-                         const char* unit) {
-    const std::string window = number(options.window_s) + " s";
-    if (!std::isfinite(scatter)) {
-      add(findings, {name, Severity::kNotChecked, scatter, least, kNotComputed, unit},
-          "The recording is shorter than the window of " + window);
-      return;
-    }
-    const Severity severity = scatter >= least ? Severity::kOk : Severity::kNote;
-    add(findings, {name, severity, scatter, least, kNotComputed, unit},
-        text("The ", what, " scatters by ", number(scatter), ' ', unit, " over ", window,
-             " (median)"));
+  const auto check = [findings](const char* name, const char* what, double value, double least,
+                                const char* unit) -> Finding& {
+    const Severity known = value >= least ? Severity::kOk : Severity::kNote;
+    const bool unknown = std::isnan(value);
+    return add(
+        findings, {name, unknown ? Severity::kNotChecked : known, value, least, kNotComputed, unit},
+        unknown
+            ? text("The ", what, " is not known: too few images and IMU samples belong together")
+            : text("The ", what, " scatters by ", number(value), ' ', unit));
   };
-  const double accel = accelFactor(measuredGravity(data, alignment, options)) *
-                       scatterOverWindows(data.imu, &ImuSample::accel, options.window_s);
-  const double turn =
-      scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
-      (std::isfinite(alignment.gyro_scale) && alignment.gyro_scale > 10.0 ? alignment.gyro_scale
-                                                                          : 1.0);
-  const std::size_t place = findings->size();
-  check("acceleration", "specific force", accel, options.min_acceleration, "m/s^2");
+  const bool turns_in_deg = alignment.gyro_scale > 10.0;
+  const double turn = alignment.gyro_rate / (turns_in_deg ? alignment.gyro_scale : 1.0);
   check("turning", "angular rate", kDegPerRad * turn, kDegPerRad * rotation_alignment::kMinRate,
         "deg/s");
-  Finding& a = (*findings)[place];
-  const bool accelerates = accel >= options.min_acceleration;
+  const double least = options.initializer.gates.min_excitation;
+  Finding& a = check("acceleration", "specific force in the windows",
+                     accelFactor(measuredGravity(data, alignment, options)) * answers.excitation,
+                     least, "m/s^2");
+  const bool accelerates = a.value >= least;
 
   constexpr double kStandingPxPerS = 3.0;  // flow below which the rig stands still [px/s]
   if (accelerates || !(alignment.flow_px_per_s < kStandingPxPerS)) {

@@ -60,50 +60,18 @@ double edgeSigma(const cv::Mat& image) {
   return std::sqrt(std::max(sigma * sigma - kOurs, 0.0));
 }
 
-/// The first images of another sequence, measured on their way to the tracker.
-class InspectedSequence : public ImageSequence {
- public:
-  InspectedSequence(ImageSequence* whole, int limit, cv::Size size) : whole_(whole), size_(size) {
-    name_ = whole->name();
-    t0_ns_ = whole->t0Ns();
-    imu_ = whole->imu();
-    const std::size_t count =
-        limit > 0 ? std::min(whole->images(), static_cast<std::size_t>(limit)) : whole->images();
-    for (std::size_t k = 0; k < count; ++k) image_stamps_ns_.push_back(whole->imageStampNs(k));
-    if (count < whole->images()) {
-      constexpr double kMargin = 1.0;  // for the search for a time offset [s]
-      const double begin = imageTime(0) - kMargin, end = imageTime(count - 1) + kMargin;
-      imu_.erase(std::remove_if(imu_.begin(), imu_.end(),
-                                [=](const ImuSample& s) { return s.t < begin || s.t > end; }),
-                 imu_.end());
-    }
-    facts_.resize(count);
-    seen_.assign(count, false);
-  }
-
-  cv::Mat image(std::size_t k, std::string* error) override {
-    cv::Mat read = whole_->image(k, error);
-    facts_[k] = imageFacts(imageTime(k), read, before_, size_);
-    seen_[k] = true;
-    before_ = read;
-    return read;
-  }
-
-  /// Facts of all images, also of those that the tracker skips because the IMU does not cover them.
-  std::vector<ImageFacts> facts() {
-    for (std::size_t k = 0; k < facts_.size(); ++k) {
-      if (!seen_[k]) image(k, nullptr);
-    }
-    return facts_;
-  }
-
- private:
-  ImageSequence* whole_;
-  cv::Size size_;
-  std::vector<ImageFacts> facts_;
-  std::vector<bool> seen_;
-  cv::Mat before_;
-};
+/// Keeps the first images, with the IMU data of their time.
+void keepFirst(std::size_t count, ImageSequence* images) {
+  if (count >= images->images()) return;
+  images->image_times.resize(count);
+  constexpr double kMargin = 1.0;  // for the search for a time offset [s]
+  const double begin = images->image_times.front() - kMargin;
+  const double end = images->image_times.back() + kMargin;
+  std::vector<ImuSample>& imu = images->imu;
+  imu.erase(std::remove_if(imu.begin(), imu.end(),
+                           [=](const ImuSample& s) { return s.t < begin || s.t > end; }),
+            imu.end());
+}
 
 }  // namespace
 
@@ -125,22 +93,36 @@ DoctorData readDoctorData(ImageSequence* images,
                           const feature_tracker_lines::FrontEndOptions& front_end, int limit,
                           const std::function<void(int done, int total)>& progress) {
   DoctorData data;
-  data.name = images->name();
+  data.name = images->name;
   data.calibration = calibration;
   data.lines_enabled = front_end.lines.enabled;
-  data.imu_disorder = images->imuDisorder();
-  data.image_disorder = images->imageDisorder();
+  data.imu_disorder = images->imu_disorder;
+  data.image_disorder = images->image_disorder;
 
-  InspectedSequence inspected(images, limit, cv::Size(camera.width, camera.height));
-  data.imu = inspected.imu();
-  data.imu_beyond_limit = images->imu().size() - data.imu.size();
-  data.images_beyond_limit = images->images() - inspected.images();
+  const std::size_t all_images = images->images(), all_imu = images->imu.size();
+  if (limit > 0) keepFirst(static_cast<std::size_t>(limit), images);
+  data.imu = images->imu;
+  data.imu_beyond_limit = all_imu - data.imu.size();
+  data.images_beyond_limit = all_images - images->images();
+  // Two rounds: the tracker skips images that the IMU does not cover.
+  const int total = static_cast<int>(images->images());
+  cv::Mat before;
+  for (int k = 0; k < total; ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    const cv::Mat image = images->image(index, nullptr);
+    data.images.push_back(imageFacts(images->image_times[index], image, before,
+                                     cv::Size(camera.width, camera.height)));
+    before = image;
+    if (progress) progress(k + 1, 2 * total);
+  }
   feature_tracker_lines::FrontEndOptions options = front_end;
   options.use_gyro = false;
   TrackingSummary summary;
   // Its message about images that cannot be tracked is ignored: the findings have more detail.
-  trackImages(&inspected, camera, calibration, options, progress, &data.frames, &summary);
-  data.images = inspected.facts();
+  const auto second_half = [&](int done, int /*total*/) {
+    if (progress) progress(total + done, 2 * total);
+  };
+  trackImages(images, camera, calibration, options, second_half, &data.frames, &summary);
   return data;
 }
 

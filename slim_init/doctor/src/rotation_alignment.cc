@@ -11,6 +11,7 @@
 #include "rotation/free_rotations.h"
 #include "slim_init/doctor/doctor.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/evaluation/truth.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -49,49 +50,14 @@ struct Pair {
   double weight;  // without a robust one
 };
 
-/// The gyro as a function of time.
-class Gyro {
- public:
-  explicit Gyro(const std::vector<ImuSample>& imu) : imu_(imu) {
-    angle_.assign(imu.size(), Vector3d::Zero());
-    gaps_.assign(imu.size(), 0);
-    for (std::size_t k = 1; k < imu.size(); ++k) {
-      const double dt = imu[k].t - imu[k - 1].t;
-      angle_[k] = angle_[k - 1] + 0.5 * dt * (imu[k].gyro + imu[k - 1].gyro);
-      gaps_[k] = gaps_[k - 1] + (dt > kMaxImuGap ? 1 : 0);
-    }
-  }
-
-  /// Whether there are samples throughout.
-  bool covers(double t0, double t1) const {
-    if (imu_.size() < 2 || t0 < imu_.front().t || t1 > imu_.back().t) return false;
-    return gaps_[stepOf(t1)] == gaps_[stepOf(t0) - 1];
-  }
-  /// Mean rate over covered times, as if rotations were vectors.
-  Vector3d meanRate(double t0, double t1) const { return (angle(t1) - angle(t0)) / (t1 - t0); }
-  Vector3d rate(double t) const {
-    const std::size_t k = stepOf(t);
-    const double u = (t - imu_[k - 1].t) / (imu_[k].t - imu_[k - 1].t);
-    return (1.0 - u) * imu_[k - 1].gyro + u * imu_[k].gyro;
-  }
-
- private:
-  /// The step from sample k - 1 to k that holds t.
-  std::size_t stepOf(double t) const {
-    const auto next = std::upper_bound(imu_.begin() + 1, imu_.end() - 1, t,
-                                       [](double at, const ImuSample& s) { return at < s.t; });
-    return static_cast<std::size_t>(next - imu_.begin());
-  }
-  Vector3d angle(double t) const {
-    const std::size_t k = stepOf(t);
-    const double dt = t - imu_[k - 1].t;
-    return angle_[k - 1] + 0.5 * dt * (imu_[k - 1].gyro + rate(t));
-  }
-
-  const std::vector<ImuSample>& imu_;
-  std::vector<Vector3d> angle_;  // integral of the rate
-  std::vector<int> gaps_;        // steps too long up to here
-};
+/// Mean rate of the gyro, as if rotations were vectors; NaN without samples throughout.
+Vector3d meanRate(const std::vector<ImuSample>& imu, double t0, double t1) {
+  std::vector<InertialStep> steps;
+  if (!inertialSteps(imu, t0, t1, kMaxImuGap, &steps)) return Vector3d::Constant(kNotComputed);
+  Vector3d angle = Vector3d::Zero();
+  for (const InertialStep& step : steps) angle += step.dt * step.gyro;
+  return angle / (t1 - t0);
+}
 
 PairPoints commonPoints(const FrameObservation& i, const FrameObservation& j) {
   std::unordered_map<FeatureId, const PointObservation*> in_i;
@@ -175,7 +141,7 @@ class Aligner {
  public:
   Aligner(const std::vector<FrameObservation>& frames, const std::vector<ImuSample>& imu,
           const Calibration& calibration)
-      : frames_(frames), calibration_(calibration), gyro_(imu) {}
+      : frames_(frames), imu_(imu), calibration_(calibration) {}
 
   RotationAlignment run() {
     // Where gaps or a short recording leave too few pairs, the range is reduced.
@@ -210,8 +176,9 @@ class Aligner {
   std::vector<Pair> covered(const std::vector<Pair>& all) const {
     std::vector<Pair> pairs;
     std::copy_if(all.begin(), all.end(), std::back_inserter(pairs), [&](const Pair& pair) {
-      return gyro_.covers(pair.t_i + calibration_.td - max_offset_,
-                          pair.t_j + calibration_.td + max_offset_);
+      return meanRate(imu_, pair.t_i + calibration_.td - max_offset_,
+                      pair.t_j + calibration_.td + max_offset_)
+          .allFinite();
     });
     return pairs;
   }
@@ -226,7 +193,7 @@ class Aligner {
       flows.push_back(pair.flow * calibration_.focal_px / pair.dt);
       sum += pair.weight;
       camera2 += pair.weight * (pair.rate.squaredNorm() - 3.0 * pair.sigma * pair.sigma);
-      const Vector3d g = gyro_.meanRate(pair.t_i + calibration_.td, pair.t_j + calibration_.td);
+      const Vector3d g = gyroRate(pair, calibration_.td);
       gyro_sum += g;
       gyro2 += g.squaredNorm();
     }
@@ -238,13 +205,17 @@ class Aligner {
     result_.flow_px_per_s = median(flows);
   }
 
+  Vector3d gyroRate(const Pair& pair, double td) const {
+    return meanRate(imu_, pair.t_i + td, pair.t_j + td);
+  }
+
   Rates ratesAt(double td) const {
     Rates rates;
     rates.camera.resize(3, result_.pairs);
     rates.gyro.resize(3, result_.pairs);
     for (int k = 0; k < result_.pairs; ++k) {
       rates.camera.col(k) = pairs_[k].rate;
-      rates.gyro.col(k) = gyro_.meanRate(pairs_[k].t_i + td, pairs_[k].t_j + td);
+      rates.gyro.col(k) = gyroRate(pairs_[k], td);
     }
     rates.camera_mean = rates.camera * weights_ / weights_.sum();
     rates.gyro_mean = rates.gyro * weights_ / weights_.sum();
@@ -313,7 +284,9 @@ class Aligner {
     for (int k = 0; k < result_.pairs; ++k) {
       const Pair& pair = pairs_[k];
       count += weights_[k] / pair.weight;
-      const Vector3d change = gyro_.rate(pair.t_j + result_.td) - gyro_.rate(pair.t_i + result_.td);
+      const double begin = pair.t_i + result_.td, end = pair.t_j + result_.td;
+      const Vector3d change =
+          meanRate(imu_, end - kOffsetStep, end) - meanRate(imu_, begin, begin + kOffsetStep);
       of_td += weights_[k] * (change / pair.dt / result_.gyro_scale).squaredNorm();
     }
     const double of_scale = weightedSquares(rates.camera, weights_);
@@ -331,8 +304,8 @@ class Aligner {
   }
 
   const std::vector<FrameObservation>& frames_;
+  const std::vector<ImuSample>& imu_;
   const Calibration& calibration_;
-  Gyro gyro_;
   std::vector<Pair> pairs_;
   double max_offset_ = kMaxOffset;  // [s]
   VectorXd weights_;                // of the pairs

@@ -196,15 +196,20 @@ WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& al
   if (solver == nullptr || !data.calibration.validate().empty()) return answers;
   const auto configured = cutWindows(data, data.calibration, options.initializer);
   measureNoise(configured, options.initializer.inertial, &answers);
-  std::vector<double> measured_px, assumed_px;
+  std::vector<double> measured_px, assumed_px, excitations;
   for (const auto& window : configured) {
     const InitResult result = solver->solve(*window);
     addVerdict(result, &answers);
+    for (const GateValue& gate : result.gates) {
+      const bool counts = gate.name == GateName::kExcitation && std::isfinite(gate.value);
+      if (counts) excitations.push_back(gate.value);
+    }
     if (!std::isfinite(result.track_noise.measured_px)) continue;
     measured_px.push_back(result.track_noise.measured_px);
     assumed_px.push_back(result.track_noise.assumed_px);
   }
   answers.track_noise = {median(measured_px), median(assumed_px)};
+  answers.excitation = median(excitations);
 
   if (!sameMotion(alignment, options)) return answers;
   const Calibration start = startOf(data, alignment);

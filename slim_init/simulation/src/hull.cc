@@ -31,7 +31,12 @@ int longAxis(const Box& box) {
   return size.y() > kClearlyLonger * size.x() + kStill ? 1 : 0;
 }
 
-Box makeHull(bool corridor, const Eigen::Vector3d& half_size, double path_margin, const Box& path) {
+Box makeHull(const std::string& kind, const Box& path) {
+  const bool corridor = kind == "corridor";
+  // As large as EuRoC's machine hall and Vicon room [m]; of a corridor half the width counts.
+  const Eigen::Vector3d half_size = corridor         ? Eigen::Vector3d(0.0, 1.0, 1.35)
+                                    : kind == "hall" ? Eigen::Vector3d(10.0, 7.5, 4.0)
+                                                     : Eigen::Vector3d(4.0, 4.0, 2.0);
   const Eigen::Vector3d center = 0.5 * (path.min + path.max);
   Box hull{center - half_size, center + half_size};
   if (corridor) {
@@ -44,7 +49,7 @@ Box makeHull(bool corridor, const Eigen::Vector3d& half_size, double path_margin
     hull.min.z() = center.z() - kCorridorEyeHeight;
     hull.max.z() = hull.min.z() + kCorridorHeight;
   }
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(path_margin);
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(corridor ? 0.5 : 1.0);
   hull.min = hull.min.cwiseMin(path.min - margin);
   hull.max = hull.max.cwiseMax(path.max + margin);
   return hull;

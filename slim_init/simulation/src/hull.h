@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "slim_init/simulation/world.h"
@@ -17,9 +18,9 @@ Box boundsOf(const std::vector<Eigen::Vector3d>& path_w);
 /// much the same.
 int longAxis(const Box& box);
 
-/// The natural size around the middle of the path, grown so that the path keeps `path_margin` [m]
-/// from every wall. A corridor is as long as the path and some metres more at each end; of its
-/// `half_size` only the y component counts, which is half its width.
-Box makeHull(bool corridor, const Eigen::Vector3d& half_size, double path_margin, const Box& path);
+/// The natural size of a "corridor", a "hall" or, by any other name, a room around the middle of
+/// the path, grown so that the path keeps 0.5 m (corridor) or 1 m from every wall. A corridor is as
+/// long as the path and some metres more at each end.
+Box makeHull(const std::string& kind, const Box& path);
 
 }  // namespace slim_init::simulation

@@ -280,19 +280,13 @@ bool makeScene(const SceneOptions& options, const std::vector<Vector3d>& path_w,
   }
 
   const Box path = boundsOf(path_w);
-  const bool corridor = options.kind == "corridor";
-  const bool hall = options.kind == "hall";
-  // Half sizes [m]; room and hall are as large as EuRoC's Vicon room and machine hall.
-  const Vector3d half_size = corridor ? Vector3d(0.0, 1.0, 1.35)
-                             : hall   ? Vector3d(10.0, 7.5, 4.0)
-                                      : Vector3d(4.0, 4.0, 2.0);
   Scene made;
-  made.hull = makeHull(corridor, half_size, corridor ? 0.5 : 1.0, path);
+  made.hull = makeHull(options.kind, path);
   made.ambient = 0.35;
   SceneBuilder builder(&made, path_w, options.seed);
-  if (corridor) {
+  if (options.kind == "corridor") {
     buildCorridor(path, &builder, &made);
-  } else if (hall) {
+  } else if (options.kind == "hall") {
     buildHall(&builder, &made);
   } else {
     buildRoom(options.kind, &builder, &made);

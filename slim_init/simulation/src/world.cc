@@ -17,8 +17,7 @@ constexpr double kSurfaceTolerance = 1e-6;
 
 // What a kind of world looks like. Lengths in m.
 struct Style {
-  Eigen::Vector3d half_size;           // of the hull before it grows (corridor: x along, y across)
-  double path_margin;                  // hull to path
+  const char* kind;
   double relief;                       // depth of what stands before a wall
   int furniture;                       // boxes on the floor
   int pillars;                         // boxes from floor to ceiling
@@ -26,20 +25,12 @@ struct Style {
   double free_share;                   // of the segments, not in a Manhattan direction
   std::array<double, 3> axis_weights;  // along, across, up: Manhattan directions on the walls
 };
-
-const Style& styleOf(WorldKind kind) {
-  // Room and hall as large as EuRoC's Vicon room and machine hall.
-  static const Style room{{4.0, 4.0, 2.0}, 1.0, 0.8, 4, 2, 3.5, 0.30, {1.0, 1.0, 1.0}};
-  static const Style hall{{10.0, 7.5, 4.0}, 1.0, 0.8, 6, 4, 5.0, 0.30, {1.0, 1.0, 1.0}};
-  // Mostly skirting boards, cable ducts and lamps along it, some door frames.
-  static const Style corridor{{0.0, 1.0, 1.35}, 0.5, 0.1, 0, 0, 6.0, 0.05, {6.0, 1.0, 2.0}};
-  switch (kind) {
-    case WorldKind::kHall: return hall;
-    case WorldKind::kCorridor: return corridor;
-    case WorldKind::kRoom: break;
-  }
-  return room;
-}
+constexpr Style kStyles[] = {
+    {"room", 0.8, 4, 2, 3.5, 0.30, {1.0, 1.0, 1.0}},
+    {"hall", 0.8, 6, 4, 5.0, 0.30, {1.0, 1.0, 1.0}},
+    // Mostly skirting boards, cable ducts and lamps along it, some door frames.
+    {"corridor", 0.1, 0, 0, 6.0, 0.05, {6.0, 1.0, 2.0}},
+};
 
 constexpr double kMinSegment = 0.8;               // [m] before cutting at the surface's edge
 constexpr double kMinCutSegment = 0.3;            // [m] after it
@@ -304,32 +295,25 @@ bool World::visible(const Eigen::Vector3d& from, const Eigen::Vector3d& to) cons
                       [&](const Box& box) { return crosses(box, from, to); });
 }
 
-bool parseWorldKind(const std::string& name, WorldKind* kind) {
-  if (name == "room") {
-    *kind = WorldKind::kRoom;
-  } else if (name == "hall") {
-    *kind = WorldKind::kHall;
-  } else if (name == "corridor") {
-    *kind = WorldKind::kCorridor;
-  } else {
-    return false;
-  }
-  return true;
+const std::vector<std::string>& worldNames() {
+  static const std::vector<std::string> names = {"room", "hall", "corridor"};
+  return names;
 }
 
 World makeWorld(const WorldOptions& options, const std::vector<Eigen::Vector3d>& path_w) {
-  const Style& style = styleOf(options.kind);
+  const Style& style = *std::find_if(std::begin(kStyles), std::end(kStyles) - 1,
+                                     [&](const Style& s) { return options.kind == s.kind; });
+  const bool corridor = options.kind == "corridor";
   const Box path = boundsOf(path_w);
 
   World world;
-  world.hull =
-      makeHull(options.kind == WorldKind::kCorridor, style.half_size, style.path_margin, path);
+  world.hull = makeHull(options.kind, path);
   world.obstacles = makeObstacles(style, world.hull, path_w, options.seed);
 
   double points = std::max(0, options.points);
   double segments = std::max(0, options.segments);
   std::array<double, 3> axis_weights = style.axis_weights;
-  if (options.kind == WorldKind::kCorridor) {
+  if (corridor) {
     const int along = longAxis(path);
     if (along == 1) std::swap(axis_weights[0], axis_weights[1]);
     // By area, so that neither the length of the path nor a hull grown wide changes the density.

@@ -4,7 +4,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "datasets/csv_table.h"
-#include "datasets/sensor_yaml.h"
 #include "slim_init/evaluation/image_sequence.h"
 
 namespace slim_init::evaluation {
@@ -17,16 +16,12 @@ class AslFolder : public ImageSequence {
   void open(const std::string& directory, double max_imu_gap_s) {
     findRoot(directory);
     readImu(max_imu_gap_s);
-    speeds_ = readSpeeds(file("speed0/data.csv"), t0_ns_, &notes_);
+    speeds = readSpeeds(file("speed0/data.csv"), t0_ns, &notes);
     readImages();
-    const std::string truth = file("state_groundtruth_estimate0/data.csv");
-    if (std::error_code code; fs::exists(truth, code)) {
-      has_velocity_and_bias_ = readTruth(truth, t0_ns_, &truth_, &notes_);
+    const std::string truth_file = file("state_groundtruth_estimate0/data.csv");
+    if (std::error_code code; fs::exists(truth_file, code)) {
+      has_velocity_and_bias = readTruth(truth_file, t0_ns, &truth, &notes);
     }
-    SequenceCalibration calibration;
-    calibration_problem_ =
-        readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
-    if (calibration_problem_.empty()) calibration_ = calibration;
   }
 
   cv::Mat image(std::size_t k, std::string* sentence) override {
@@ -57,25 +52,25 @@ class AslFolder : public ImageSequence {
       if (!fs::is_directory(candidate / "cam0", code)) continue;
       if (!fs::is_directory(candidate / "imu0", code)) continue;
       root_ = candidate.string();
-      name_ = lastComponent(directory);
+      name = lastComponent(directory);
       // "V1_01/mav0" is V1_01.
-      if (name_ == "mav0") name_ = lastComponent((given / "..").string());
+      if (name == "mav0") name = lastComponent((given / "..").string());
       return;
     }
     fail(directory, " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0");
   }
 
   void readImu(double max_imu_gap_s) {
-    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(), &notes_);
-    t0_ns_ = table.rows.front().stamp_ns;
-    imu_ = imuSamples(table, t0_ns_);
-    imu_disorder_ = table.disorder;
-    noteImuGaps(table.path, imu_, max_imu_gap_s, &table, &notes_);
+    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(), &notes);
+    t0_ns = table.rows.front().stamp_ns;
+    imu = imuSamples(table, t0_ns);
+    imu_disorder = table.disorder;
+    noteImuGaps(table.path, imu, max_imu_gap_s, &table, &notes);
   }
 
   void readImages() {
-    const CsvTable table = readTable(file("cam0/data.csv"), imageFormat(1), &notes_);
-    image_disorder_ = table.disorder;
+    const CsvTable table = readTable(file("cam0/data.csv"), imageFormat(1), &notes);
+    image_disorder = table.disorder;
     const fs::path folder = fs::path(root_) / "cam0" / "data";
     std::string first_missing;
     std::error_code code;
@@ -83,15 +78,15 @@ class AslFolder : public ImageSequence {
       const fs::path path =
           folder / (row.text.empty() ? std::to_string(row.stamp_ns) + ".png" : row.text);
       if (!fs::is_regular_file(path, code)) {
-        if (image_disorder_.unreadable++ == 0) first_missing = path.string();
+        if (image_disorder.unreadable++ == 0) first_missing = path.string();
         continue;
       }
-      image_stamps_ns_.push_back(row.stamp_ns);
+      image_times.push_back(relativeSeconds(row.stamp_ns, t0_ns));
       image_files_.push_back(path.string());
     }
-    if (image_disorder_.unreadable > 0) {
-      notes_.push_back(text(image_disorder_.unreadable, " of ", table.rows.size(), " images of ",
-                            table.path, " have no file, the first is ", first_missing));
+    if (image_disorder.unreadable > 0) {
+      notes.push_back(text(image_disorder.unreadable, " of ", table.rows.size(), " images of ",
+                           table.path, " have no file, the first is ", first_missing));
     }
     if (images() < kMinImages) {
       fail(table.path, " names ", images(), " images that exist (minimum ", kMinImages, ')',

@@ -1,113 +1,160 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Geometry>
 #include <cmath>
 #include <exception>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
-#include "datasets/csv_file.h"
-#include "datasets/sensor_yaml.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/write_file.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
+using feature_tracker_lines::CameraModel;
+using feature_tracker_lines::CameraParameters;
 
 // Rendered images with noise hardly shrink; the fastest level writes three times faster.
 constexpr int kPngCompression = 1;
 
-class AslWriter : public SequenceWriter {
+/// A table of stamps and numbers; what is written is read back bit for bit.
+class Table {
  public:
-  std::string open(const std::string& directory, const WriterRig& rig) {
-    const fs::path root = fs::path(directory) / "mav0";
-    image_folder_ = root / "cam0" / "data";
-    speed_folder_ = root / "speed0";
-    std::error_code code;
-    for (const fs::path& folder :
-         {image_folder_, root / "imu0", root / "state_groundtruth_estimate0"}) {
-      fs::create_directories(folder, code);
-      if (!fs::is_directory(folder, code)) return folder.string() + " cannot be made";
-    }
-    if (!fs::is_empty(image_folder_, code) || code) {
-      return image_folder_.string() + " holds files already, must be empty";
-    }
-    const auto file = [&](const char* name) { return (root / name).string(); };
-    return firstOf(
-        {writeFile(file("cam0/sensor.yaml"), cameraSensorYaml(rig)),
-         writeFile(file("imu0/sensor.yaml"), imuSensorYaml(rig)),
-         images_.open(file("cam0/data.csv"), "#timestamp [ns],filename"),
-         imu_.open(file("imu0/data.csv"),
-                   "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],"
-                   "a_y [m s^-2],a_z [m s^-2]"),
-         openTruth(file("state_groundtruth_estimate0/data.csv"), &truth_)});
+  explicit Table(const char* header) {
+    text_.precision(17);
+    text_ << header << "\n";
   }
-
-  std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
-    Eigen::Matrix<double, 6, 1> row;
-    row << sample.gyro, sample.accel;
-    return imu_.add(stamp_ns, row);
+  void add(std::int64_t stamp_ns, const Eigen::Ref<const Eigen::VectorXd>& values) {
+    text_ << stamp_ns;
+    for (Eigen::Index i = 0; i < values.size(); ++i) text_ << ',' << values[i];
+    text_ << "\n";
   }
-
-  std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
-    std::string problem;
-    if (!has_speeds_) {
-      std::error_code code;
-      fs::create_directories(speed_folder_, code);
-      problem = speeds_.open((speed_folder_ / "data.csv").string(),
-                             "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
-      has_speeds_ = true;
-    }
-    const Eigen::Vector2d row(sample.velocity.x(), std::sqrt(sample.covariance(0, 0)));
-    return problem.empty() ? speeds_.add(stamp_ns, row) : problem;
-  }
-
-  std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
-    const std::string name = std::to_string(stamp_ns) + ".png";
-    if (std::string problem = images_.addText(stamp_ns, name); !problem.empty()) return problem;
-    const std::string path = (image_folder_ / name).string();
-    try {
-      if (cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, kPngCompression})) return "";
-    } catch (const std::exception&) {
-    }
-    return path + " cannot be written";
-  }
-
-  std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
-    return writeTruth(stamp_ns, state, &truth_);
-  }
-
-  std::string finish() override {
-    return firstOf({images_.finish(), imu_.finish(), truth_.finish(),
-                    has_speeds_ ? speeds_.finish() : std::string()});
-  }
+  void addFile(std::int64_t stamp_ns) { text_ << stamp_ns << "," << stamp_ns << ".png\n"; }
+  std::string text() const { return text_.str(); }
 
  private:
-  /// The first problem of several, or none.
-  static std::string firstOf(const std::vector<std::string>& problems) {
-    for (const std::string& problem : problems) {
-      if (!problem.empty()) return problem;
-    }
-    return "";
-  }
-
-  fs::path image_folder_;
-  CsvFile images_;
-  CsvFile imu_;
-  fs::path speed_folder_;
-  CsvFile speeds_;  // made with the first one
-  bool has_speeds_ = false;
-  CsvFile truth_;
+  std::ostringstream text_;
 };
+
+std::string imageTable(const RecordedMotion& recording) {
+  Table table("#timestamp [ns],filename");
+  for (const double t : recording.image_times) table.addFile(recording.stampNs(t));
+  return table.text();
+}
+
+std::string imuTable(const RecordedMotion& recording) {
+  Table table(
+      "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],a_y [m s^-2],"
+      "a_z [m s^-2]");
+  for (const ImuSample& sample : recording.imu) {
+    Eigen::Matrix<double, 6, 1> row;
+    row << sample.gyro, sample.accel;
+    table.add(recording.stampNs(sample.t), row);
+  }
+  return table.text();
+}
+
+std::string speedTable(const RecordedMotion& recording) {
+  Table table("#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
+  for (const SpeedSample& sample : recording.speeds) {
+    table.add(recording.stampNs(sample.t),
+              Eigen::Vector2d(sample.velocity.x(), std::sqrt(sample.covariance(0, 0))));
+  }
+  return table.text();
+}
+
+std::string truthTable(const RecordedMotion& recording) {
+  Table table(
+      "#timestamp [ns],p_w_b_x [m],p_w_b_y [m],p_w_b_z [m],q_w_b_w [],q_w_b_x [],q_w_b_y [],"
+      "q_w_b_z [],v_w_b_x [m s^-1],v_w_b_y [m s^-1],v_w_b_z [m s^-1],b_g_x [rad s^-1],"
+      "b_g_y [rad s^-1],b_g_z [rad s^-1],b_a_x [m s^-2],b_a_y [m s^-2],b_a_z [m s^-2]");
+  for (const NavState& state : recording.truth) {
+    const Eigen::Quaterniond q(state.R_w_b);
+    Eigen::Matrix<double, 16, 1> row;
+    row << state.p_w_b, q.w(), q.vec(), state.v_w_b, state.gyro_bias, state.accel_bias;
+    table.add(recording.stampNs(state.t), row);
+  }
+  return table.text();
+}
+
+std::string transformYaml(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  std::string rows;
+  for (int r = 0; r < 3; ++r) {
+    rows += roundedText(17, R(r, 0), ", ", R(r, 1), ", ", R(r, 2), ", ", t(r), ",\n         ");
+  }
+  return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + rows + "0.0, 0.0, 0.0, 1.0]\n";
+}
+
+// rolling_shutter_tr, td and g_norm are our own additions to EuRoC's keys, as VINS-Mono names them.
+std::string cameraSensorYaml(const WriterRig& rig) {
+  const CameraParameters& camera = rig.camera;
+  const bool omni = camera.model == CameraModel::kMei;
+  const auto& k = camera.distortion;
+  return roundedText(
+      17, "%YAML:1.0\nsensor_type: camera\ncomment: ", rig.comment,
+      "\n\n# Camera in the body frame, which is the IMU's.\n",
+      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nrate_hz: ", rig.image_rate_hz,
+      "\nresolution: [", camera.width, ", ", camera.height,
+      "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
+      omni ? roundedText(17, camera.xi, ", ") : "", camera.fx, ", ", camera.fy, ", ", camera.cx,
+      ", ", camera.cy, "]\ndistortion_model: ",
+      camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential",
+      "\ndistortion_coefficients: [", k[0], ", ", k[1], ", ", k[2], ", ", k[3],
+      "]\nrolling_shutter_tr: ", rig.calibration.readout_s,
+      "  # [s] from the first row to the last; the stamp is that of the middle row\ntd: ",
+      rig.calibration.td, "  # [s] time of the IMU minus that of the image\n");
+}
+
+std::string imuSensorYaml(const WriterRig& rig) {
+  return roundedText(17, "%YAML:1.0\nsensor_type: imu\ncomment: ", rig.comment, "\n\n",
+                     transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()),
+                     "rate_hz: ", rig.imu_rate_hz,
+                     "\ngyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
+                     "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
+                     rig.calibration.imu_noise.accel_density,
+                     "  # [m/s^2/sqrt(Hz)]\ng_norm: ", rig.calibration.gravity_magnitude,
+                     "  # [m/s^2]\n");
+}
 
 }  // namespace
 
-std::unique_ptr<SequenceWriter> makeAslWriter(const std::string& directory, const WriterRig& rig,
-                                              std::string* error) {
-  auto writer = std::make_unique<AslWriter>();
-  *error = writer->open(directory, rig);
-  if (!error->empty()) return nullptr;
-  return writer;
+std::string writeAslFolder(const std::string& directory, const WriterRig& rig,
+                           const RecordedMotion& recording) {
+  const fs::path root = fs::path(directory) / "mav0", images = root / "cam0" / "data";
+  std::error_code code;
+  std::vector<fs::path> folders = {images, root / "imu0", root / "state_groundtruth_estimate0"};
+  if (!recording.speeds.empty()) folders.push_back(root / "speed0");
+  for (const fs::path& folder : folders) {
+    fs::create_directories(folder, code);
+    if (!fs::is_directory(folder, code)) return folder.string() + " cannot be made";
+  }
+  if (!fs::is_empty(images, code) || code) {
+    return images.string() + " holds files already, must be empty";
+  }
+  std::string problem;
+  const auto write = [&](const char* name, const std::string& text) {
+    if (problem.empty()) problem = writeFile((root / name).string(), text);
+  };
+  write("cam0/sensor.yaml", cameraSensorYaml(rig));
+  write("imu0/sensor.yaml", imuSensorYaml(rig));
+  write("cam0/data.csv", imageTable(recording));
+  write("imu0/data.csv", imuTable(recording));
+  write("state_groundtruth_estimate0/data.csv", truthTable(recording));
+  if (!recording.speeds.empty()) write("speed0/data.csv", speedTable(recording));
+  return problem;
+}
+
+std::string writeAslImage(const std::string& directory, std::int64_t stamp_ns,
+                          const cv::Mat& image) {
+  const std::string path = directory + "/mav0/cam0/data/" + std::to_string(stamp_ns) + ".png";
+  try {
+    if (cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, kPngCompression})) return "";
+  } catch (const std::exception&) {
+  }
+  return path + " cannot be written";
 }
 
 std::string groundtruthFileOf(const std::string& bag_file) { return bag_file + ".groundtruth.csv"; }

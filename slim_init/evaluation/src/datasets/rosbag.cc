@@ -16,11 +16,11 @@
 #include <cerrno>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <type_traits>
 
-#include "datasets/csv_file.h"
 #include "datasets/csv_table.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
@@ -41,7 +41,7 @@ std::string withoutSlash(const std::string& topic) {
   return topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
 }
 
-std::int64_t stampNs(const ros::Time& time) {
+std::int64_t stampOf(const ros::Time& time) {
   return std::int64_t{1000000000} * time.sec + time.nsec;
 }
 
@@ -90,7 +90,7 @@ std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
   ros::serialization::IStream in = streamOf(&bytes);
   std_msgs::Header header;
   ros::serialization::deserialize(in, header);
-  return stampNs(header.stamp);
+  return stampOf(header.stamp);
 }
 
 /// Velocity and covariance of a kTwistType or kOdometryType; returns the stamp.
@@ -112,7 +112,7 @@ std::int64_t readTwist(const rosbag::MessageInstance& message, SpeedSample* samp
   sample->covariance =
       Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(twist.covariance.data())
           .topLeftCorner<3, 3>();
-  return stampNs(header.stamp);
+  return stampOf(header.stamp);
 }
 
 /// Grey image of a message, or a sentence about it.
@@ -154,7 +154,7 @@ class BagFile : public ImageSequence {
   void open(const std::string& file, const BagTopics& topics, const std::string& groundtruth_file,
             double max_imu_gap_s) {
     file_ = file;
-    name_ = fs::path(lastComponent(file)).stem().string();
+    name = fs::path(lastComponent(file)).stem().string();
     std::error_code code;
     if (!fs::is_regular_file(file, code)) {
       fail(file, fs::exists(file, code) ? " is not a regular file" : " does not exist");
@@ -184,7 +184,7 @@ class BagFile : public ImageSequence {
     }
     if (problem.empty()) return grey;
     if (sentence != nullptr) {
-      *sentence = text(file_, ": image of ", message.getTopic(), " at ", image_stamps_ns_[k],
+      *sentence = text(file_, ": image of ", message.getTopic(), " at ", stampNs(image_times[k]),
                        " ns ", problem);
     }
     return cv::Mat();
@@ -203,7 +203,7 @@ class BagFile : public ImageSequence {
           fail(file_, ": ", key, " ", wanted, " carries ", quoted(type), ", must be ",
                types.front(), types.size() > 1 ? " or " + types[1] : "");
         }
-        if (!suffix.empty()) notes_.push_back(file_ + ": " + wanted + " is there as " + name);
+        if (!suffix.empty()) notes.push_back(file_ + ": " + wanted + " is there as " + name);
         return name;
       }
     }
@@ -231,7 +231,7 @@ class BagFile : public ImageSequence {
       return withoutSlash(topic.first) == withoutSlash(topics.speed);
     });
     if (!topics.speed.empty() && !has_speeds) {
-      notes_.push_back(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
+      notes.push_back(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
     }
     std::string speed_topic;
     if (has_speeds) {
@@ -241,7 +241,7 @@ class BagFile : public ImageSequence {
     if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
     readImageStamps(image_topic);
     if (groundtruth_file.empty()) return;
-    has_velocity_and_bias_ = readTruth(groundtruth_file, t0_ns_, &truth_, &notes_);
+    has_velocity_and_bias = readTruth(groundtruth_file, t0_ns, &truth, &notes);
   }
 
   template <typename Value>
@@ -270,7 +270,7 @@ class BagFile : public ImageSequence {
     }
     *disorder = sortByStamp(&values);
     disorder->unreadable = unreadable;
-    noteDisorder(file_ + " " + topic, what, *disorder, &notes_);
+    noteDisorder(file_ + " " + topic, what, *disorder, &notes);
     return values;
   }
 
@@ -291,17 +291,17 @@ class BagFile : public ImageSequence {
       if (!sample->gyro.allFinite() || !sample->accel.allFinite()) {
         throw std::runtime_error("not finite");
       }
-      return stampNs(message->header.stamp);
+      return stampOf(message->header.stamp);
     };
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &imu_disorder_);
+    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &imu_disorder);
     checkCount(topic, samples.size(), kMinImuSamples);
-    t0_ns_ = samples.front().stamp_ns;
+    t0_ns = samples.front().stamp_ns;
     for (Stamped<ImuSample>& sample : samples) {
-      sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
-      imu_.push_back(sample.value);
+      sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns);
+      imu.push_back(sample.value);
     }
-    noteImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr, &notes_);
+    noteImuGaps(file_ + ": " + topic, imu, max_imu_gap_s, /*table=*/nullptr, &notes);
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
@@ -310,8 +310,8 @@ class BagFile : public ImageSequence {
     for (Stamped<SpeedSample>& speed :
          readTopic<SpeedSample>(&view, topic, "velocities", readTwist, &disorder)) {
       speed.value.forward_only = forward_only;
-      speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns_);
-      speeds_.push_back(speed.value);
+      speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns);
+      speeds.push_back(speed.value);
     }
   }
 
@@ -325,8 +325,8 @@ class BagFile : public ImageSequence {
       return stamp_ns;
     };
     for (const Stamped<std::size_t>& image :
-         readTopic<std::size_t>(image_view_.get(), topic, "images", read, &image_disorder_)) {
-      image_stamps_ns_.push_back(image.stamp_ns);
+         readTopic<std::size_t>(image_view_.get(), topic, "images", read, &image_disorder)) {
+      image_times.push_back(relativeSeconds(image.stamp_ns, t0_ns));
       message_of_image_.push_back(image.value);
     }
     checkCount(topic, images(), kMinImages);
@@ -341,88 +341,49 @@ class BagFile : public ImageSequence {
 
 // ------------------------------------------------------------------------------------- writing
 
-class BagWriter : public SequenceWriter {
- public:
-  std::string open(const std::string& file, const BagTopics& topics) {
-    file_ = file;
-    topics_ = topics;
-    std::error_code code;
-    if (const fs::path parent = fs::path(file).parent_path(); !parent.empty()) {
-      fs::create_directories(parent, code);
-    }
-    const std::string problem =
-        guarded([&] { bag_.open(file, static_cast<std::uint32_t>(rosbag::bagmode::Write)); });
-    return problem.empty() ? openTruth(groundtruthFileOf(file), &truth_) : problem;
-  }
-
-  std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
+/// Throws.
+void writeMessages(ImageSequence* sequence, const BagTopics& topics, rosbag::Bag* bag) {
+  const auto write = [bag](const std::string& topic, const char* frame, std::size_t number,
+                           std::int64_t stamp_ns, auto message) {
+    message.header.seq = static_cast<std::uint32_t>(number);
+    message.header.frame_id = frame;
+    message.header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+    bag->write(topic, message.header.stamp, message);
+  };
+  const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
+    to->x = from.x();
+    to->y = from.y();
+    to->z = from.z();
+  };
+  for (std::size_t k = 0; k < sequence->imu.size(); ++k) {
+    const ImuSample& sample = sequence->imu[k];
     sensor_msgs::Imu message;
-    const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
-      to->x = from.x();
-      to->y = from.y();
-      to->z = from.z();
-    };
     fill(sample.gyro, &message.angular_velocity);
     fill(sample.accel, &message.linear_acceleration);
     message.orientation_covariance[0] = -1.0;  // no orientation, by the message's own definition
-    return write(topics_.imu, "imu0", stamp_ns, &message);
+    write(topics.imu, "imu0", k, sequence->stampNs(sample.t), message);
   }
-
-  std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
+  for (std::size_t k = 0; k < sequence->speeds.size(); ++k) {
+    const SpeedSample& sample = sequence->speeds[k];
     geometry_msgs::TwistWithCovarianceStamped message;
     message.twist.twist.linear.x = sample.velocity.x();
     message.twist.covariance[0] = sample.covariance(0, 0);
-    return write(topics_.speed.empty() ? "/speed0" : topics_.speed, "speed0", stamp_ns, &message);
+    write(topics.speed.empty() ? "/speed0" : topics.speed, "speed0", k, sequence->stampNs(sample.t),
+          message);
   }
-
-  std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
+  for (std::size_t k = 0; k < sequence->images(); ++k) {
+    std::string problem;
+    const cv::Mat image = sequence->image(k, &problem);
+    if (!problem.empty()) throw std::runtime_error(problem);
     sensor_msgs::Image message;
     message.height = static_cast<std::uint32_t>(image.rows);
     message.width = static_cast<std::uint32_t>(image.cols);
     message.encoding = "mono8";
     message.step = message.width;
-    const cv::Mat whole = image.isContinuous() ? image : image.clone();
-    message.data.assign(whole.datastart, whole.datastart + whole.total());
-    return write(topics_.image, "cam0", stamp_ns, &message);
+    message.data.assign(image.datastart, image.datastart + image.total());
+    write(topics.image, "cam0", k, sequence->stampNs(sequence->image_times[k]), message);
   }
-
-  std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
-    return writeTruth(stamp_ns, state, &truth_);
-  }
-
-  std::string finish() override {
-    std::string problem = guarded([&] { bag_.close(); });
-    return problem.empty() ? truth_.finish() : problem;
-  }
-
- private:
-  template <typename Message>
-  std::string write(const std::string& topic, const char* frame, std::int64_t stamp_ns,
-                    Message* message) {
-    return guarded([&] {
-      message->header.seq = seq_[topic]++;
-      message->header.frame_id = frame;
-      message->header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
-      bag_.write(topic, message->header.stamp, *message);
-    });
-  }
-
-  template <typename Function>
-  std::string guarded(const Function& function) const {
-    try {
-      function();
-    } catch (const std::exception& exception) {
-      return file_ + " cannot be written: " + exception.what();
-    }
-    return "";
-  }
-
-  std::string file_;
-  BagTopics topics_;
-  rosbag::Bag bag_;
-  std::map<std::string, std::uint32_t> seq_;  // of the next message, per topic
-  CsvFile truth_;
-};
+}
 
 }  // namespace
 
@@ -437,12 +398,23 @@ std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopi
   return bag;
 }
 
-std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
-                                              std::string* error) {
-  auto writer = std::make_unique<BagWriter>();
-  *error = writer->open(file, topics);
-  if (!error->empty()) return nullptr;
-  return writer;
+std::string writeBag(const std::string& asl_directory, const BagTopics& topics,
+                     const std::string& file) {
+  ReadStatus status;
+  const auto sequence =
+      openAslFolder(asl_directory, std::numeric_limits<double>::infinity(), &status);
+  if (sequence == nullptr) return status.message;
+  try {
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
+    writeMessages(sequence.get(), topics, &bag);
+    bag.close();
+    if (sequence->truth.empty()) return "";
+    fs::copy_file(fs::path(asl_directory) / "mav0/state_groundtruth_estimate0/data.csv",
+                  groundtruthFileOf(file), fs::copy_options::overwrite_existing);
+  } catch (const std::exception& exception) {
+    return file + " cannot be written: " + exception.what();
+  }
+  return "";
 }
 
 }  // namespace slim_init::evaluation

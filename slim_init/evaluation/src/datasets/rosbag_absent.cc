@@ -22,10 +22,9 @@ std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopi
   return nullptr;
 }
 
-std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& /*topics*/,
-                                              std::string* error) {
-  *error = file + kWithoutRosbag;
-  return nullptr;
+std::string writeBag(const std::string& /*asl_directory*/, const BagTopics& /*topics*/,
+                     const std::string& file) {
+  return file + kWithoutRosbag;
 }
 
 }  // namespace slim_init::evaluation

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/track_images.h"
 
+#include <algorithm>
 #include <unordered_set>
 #include <utility>
 
@@ -11,54 +12,31 @@ namespace slim_init::evaluation {
 namespace {
 
 using feature_tracker_lines::ImageFrontEnd;
-using feature_tracker_lines::ImageReport;
 using feature_tracker_lines::ImageStatus;
 
-/// Collects one number per image.
-class SummaryCollector {
- public:
-  void add(const FrameObservation& frame, const ImageReport& report) {
-    points_.push_back(static_cast<double>(frame.points.size()));
-    lines_.push_back(static_cast<double>(frame.lines.size()));
-    const double carried_points = carried(frame.points, &point_ids_);
-    const double carried_lines = carried(frame.lines, &line_ids_);
-    // The first image carries nothing on, by definition.
-    if (points_.size() > 1) {
-      points_carried_.push_back(carried_points);
-      lines_carried_.push_back(carried_lines);
-    }
-    total_ms_.push_back(report.total_ms);
-    if (report.rotation_missing) ++without_gyro_;
-  }
+/// Number of observations whose id was there in the image before.
+template <typename Observation>
+double carried(const std::vector<Observation>& before, const std::vector<Observation>& now) {
+  std::unordered_set<FeatureId> ids;
+  for (const Observation& observation : before) ids.insert(observation.id);
+  return static_cast<double>(std::count_if(
+      now.begin(), now.end(), [&ids](const Observation& o) { return ids.count(o.id) > 0; }));
+}
 
-  void finish(TrackingSummary* summary) const {
-    summary->points = median(points_);
-    summary->points_carried = median(points_carried_);
-    summary->lines = median(lines_);
-    summary->lines_carried = median(lines_carried_);
-    summary->images_without_gyro = without_gyro_;
-    summary->total_ms_median = median(total_ms_);
+void countFeatures(const std::vector<FrameObservation>& frames, TrackingSummary* summary) {
+  std::vector<double> points, lines, points_carried, lines_carried;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    points.push_back(static_cast<double>(frames[k].points.size()));
+    lines.push_back(static_cast<double>(frames[k].lines.size()));
+    if (k == 0) continue;  // it carries nothing on, by definition
+    points_carried.push_back(carried(frames[k - 1].points, frames[k].points));
+    lines_carried.push_back(carried(frames[k - 1].lines, frames[k].lines));
   }
-
- private:
-  /// Number of observations whose id was there in the image before.
-  template <typename Observation>
-  static double carried(const std::vector<Observation>& observations,
-                        std::unordered_set<FeatureId>* before) {
-    std::unordered_set<FeatureId> ids;
-    int count = 0;
-    for (const Observation& observation : observations) {
-      if (before->count(observation.id) > 0) ++count;
-      ids.insert(observation.id);
-    }
-    *before = std::move(ids);
-    return count;
-  }
-
-  std::vector<double> points_, lines_, points_carried_, lines_carried_, total_ms_;
-  std::unordered_set<FeatureId> point_ids_, line_ids_;
-  int without_gyro_ = 0;
-};
+  summary->points = median(points);
+  summary->points_carried = median(points_carried);
+  summary->lines = median(lines);
+  summary->lines_carried = median(lines_carried);
+}
 
 }  // namespace
 
@@ -70,9 +48,9 @@ std::string trackImages(ImageSequence* images,
                         std::vector<FrameObservation>* frames, TrackingSummary* summary) {
   frames->clear();
   *summary = TrackingSummary();
-  const std::vector<ImuSample>& imu = images->imu();
+  const std::vector<ImuSample>& imu = images->imu;
   ImageFrontEnd front_end(camera, calibration, options);
-  SummaryCollector collector;
+  std::vector<double> total_ms;
   const int total = static_cast<int>(images->images());
   summary->images = total;
   std::size_t next_imu = 0;
@@ -81,7 +59,7 @@ std::string trackImages(ImageSequence* images,
   };
 
   for (std::size_t k = 0; k < images->images(); ++k) {
-    const double t = images->imageTime(k);
+    const double t = images->image_times[k];
     const double t_imu = t + calibration.td;
     if (imu.empty() || t_imu < imu.front().t || t_imu > imu.back().t) {
       ++summary->outside_imu;
@@ -102,19 +80,21 @@ std::string trackImages(ImageSequence* images,
     const ImageStatus status = front_end.addImage(t, image, &frame);
     if (status != ImageStatus::kTracked) {
       ++summary->refused;
-      problem(text("image at ", images->imageStampNs(k), " ns was refused (", toString(status),
-                   "): it has ", image.cols, " x ", image.rows, " pixels, the camera ",
-                   camera.width, " x ", camera.height));
+      problem(text("image at ", images->stampNs(images->image_times[k]), " ns was refused (",
+                   toString(status), "): it has ", image.cols, " x ", image.rows,
+                   " pixels, the camera ", camera.width, " x ", camera.height));
       continue;
     }
-    collector.add(frame, front_end.report());
+    total_ms.push_back(front_end.report().total_ms);
+    if (front_end.report().rotation_missing) ++summary->images_without_gyro;
     frames->push_back(std::move(frame));
     if (progress) progress(static_cast<int>(k) + 1, total);
   }
   summary->tracked = static_cast<int>(frames->size());
-  collector.finish(summary);
+  countFeatures(*frames, summary);
+  summary->total_ms_median = median(total_ms);
   if (summary->tracked >= 2) return "";
-  return text(images->name(), ": ", summary->tracked, " of ", total,
+  return text(images->name, ": ", summary->tracked, " of ", total,
               " images could be tracked (minimum 2): ", summary->outside_imu,
               " lie outside the IMU data, ", summary->unreadable, " cannot be read, ",
               summary->refused, " were refused",

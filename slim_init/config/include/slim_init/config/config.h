@@ -85,9 +85,10 @@ struct GeneratedFile {
   std::string text;
 };
 
-/// config/template.yaml (a rig: the host's keys, our switches and the noise of the IMU),
+/// config/template.yaml (a rig: the host's keys, our switches and the noise of the IMU), of which
+/// the file in `repository` is kept but for these keys and the comments above them;
 /// config/user.yaml (our other keys for users), config/advanced.yaml.
-std::vector<GeneratedFile> generatedFiles();
+std::vector<GeneratedFile> generatedFiles(const std::string& repository);
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,
 /// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
@@ -113,6 +114,12 @@ bool loadConfig(const std::string& path, const std::string& options_path, Config
 /// Reads only our switches and the folder for results (`initializer` to `output_path`), whatever
 /// else the file holds. Errors as above.
 bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error);
+
+/// Reads the calibration beside an ASL recording, in DIR/mav0 or DIR: cam0/sensor.yaml (T_BS,
+/// resolution, camera_model, intrinsics, distortion_model, distortion_coefficients, and of our own
+/// rolling_shutter_tr and td) and imu0/sensor.yaml (T_BS, noise densities, and of our own g_norm).
+/// Errors as above.
+bool loadSensorFiles(const std::string& folder, Config* config, std::string* error);
 
 /// Reads only the section `slim_init:` of a file onto `config`; it has to be there. Errors as
 /// above.

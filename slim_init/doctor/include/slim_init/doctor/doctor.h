@@ -133,6 +133,7 @@ struct WindowEstimates {
   ImuNoise assumed_noise = {kNotComputed, kNotComputed};
   /// The same of the point tracks (InitResult::TrackNoise) [px].
   InitResult::TrackNoise track_noise;
+  double excitation = kNotComputed;  ///< GateName::kExcitation, median over the windows [m/s^2]
 };
 
 /// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.
@@ -179,11 +180,7 @@ struct DoctorOptions {
   Bound repeated_images = {0.02, 0.5};  ///< fraction of images equal to the one before
   Bound points = {40.0, 15.0};          ///< median in an image, at least
   Bound survival = {0.7, 0.4};          ///< median fraction of points found again in the next image
-  /// Minimum scatter of the specific force over a window, after averaging over 0.2 s [m/s^2]. At
-  /// rest with running motors it is 0.04, in the slowest EuRoC flight 0.14.
-  double min_acceleration = 0.1;
-  double window_s = 2.25;          ///< of that scatter: ten keyframes
-  InitializerOptions initializer;  ///< as configured
+  InitializerOptions initializer;       ///< as configured
 };
 
 /// All findings, in the order of the checks.

@@ -18,9 +18,9 @@ namespace slim_init::evaluation {
 ImageFacts imageFacts(double t, const cv::Mat& image, const cv::Mat& before, cv::Size size);
 
 /// Reads and tracks the images. The tracker does not use the gyro, so that an incorrect extrinsic,
-/// unit or offset cannot spoil the tracks that it is measured with. `limit`: images from the start,
-/// with the IMU data of their time; 0: all. Images that cannot be read or tracked are counted in
-/// the data: nothing here is an error.
+/// unit or offset cannot spoil the tracks that it is measured with. `limit`: only so many images
+/// from the start, with the IMU data of their time, are left in `images`; 0: all. Images that
+/// cannot be read or tracked are counted in the data: nothing here is an error.
 DoctorData readDoctorData(ImageSequence* images,
                           const feature_tracker_lines::CameraParameters& camera,
                           const Calibration& calibration,

@@ -4,95 +4,39 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "slim_init/evaluation/recorded.h"
-#include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
 
-/// Calibration that lies beside the data.
-struct SequenceCalibration {
-  Calibration calibration;  ///< extrinsic, noise densities and focal length; the rest is default
-  feature_tracker_lines::CameraParameters camera;
-};
-
-/// A recording with pixels. All times are relative to the first IMU sample, [s]; the nanoseconds
-/// are subtracted as integers. Everything but the pixels is in memory; those are read one image at
-/// a time. Not thread-safe.
-class ImageSequence {
+/// A recording with pixels. Everything but these is in memory; they are read one image at a time.
+/// image_times may be shortened: images beyond it are not read. Not thread-safe.
+class ImageSequence : public RecordedMotion {
  public:
   virtual ~ImageSequence() = default;
   ImageSequence(const ImageSequence&) = delete;
   ImageSequence& operator=(const ImageSequence&) = delete;
 
-  /// The last component of the folder's or file's name that says something.
-  const std::string& name() const { return name_; }
-  /// Stamp of t = 0, the first IMU sample [ns].
-  std::int64_t t0Ns() const { return t0_ns_; }
-  const std::vector<ImuSample>& imu() const { return imu_; }  ///< ascending in time
-
-  /// Measured velocities, where there are any; ascending in time.
-  const std::vector<SpeedSample>& speeds() const { return speeds_; }
-
-  /// Puts another IMU in place of the recorded one, ascending in time on the same clock.
-  void replaceImu(std::vector<ImuSample> imu) { imu_ = std::move(imu); }
-
-  /// At the times of the ground truth, ascending; empty without ground truth. Without
-  /// hasVelocityAndBias() v_w_b is that of deriveVelocities() and the biases are NaN.
-  const std::vector<NavState>& truth() const { return truth_; }
-  bool hasVelocityAndBias() const { return has_velocity_and_bias_; }  ///< recorded
-
-  /// Those kept; whether they can be decoded shows when they are read.
-  std::size_t images() const { return image_stamps_ns_.size(); }
-  /// Camera clock, ascending; before 0 when images start before the IMU.
-  double imageTime(std::size_t k) const {
-    return 1e-9 * static_cast<double>(image_stamps_ns_[k] - t0_ns_);
-  }
-  std::int64_t imageStampNs(std::size_t k) const { return image_stamps_ns_[k]; }
-
+  /// Whether they can be decoded shows when they are read.
+  std::size_t images() const { return image_times.size(); }
   /// Image k < images(), grey, CV_8UC1; colour is converted. An image that cannot be read is empty,
   /// and `error` (may be null) holds a sentence naming file or message and the reason. Never
   /// throws.
   virtual cv::Mat image(std::size_t k, std::string* error) = 0;
 
-  /// From files beside the data, where there are any.
-  const std::optional<SequenceCalibration>& calibration() const { return calibration_; }
-  /// Why there is no calibration(): a sentence; empty where there is one.
-  const std::string& calibrationProblem() const { return calibration_problem_; }
-  const Disorder& imuDisorder() const { return imu_disorder_; }
-  const Disorder& imageDisorder() const { return image_disorder_; }
-  /// One sentence per thing dropped or suspicious.
-  const std::vector<std::string>& notes() const { return notes_; }
-
  protected:
   ImageSequence() = default;
-
-  std::string name_;
-  std::int64_t t0_ns_ = 0;
-  std::vector<ImuSample> imu_;
-  std::vector<SpeedSample> speeds_;
-  std::vector<NavState> truth_;
-  bool has_velocity_and_bias_ = false;
-  std::vector<std::int64_t> image_stamps_ns_;
-  std::optional<SequenceCalibration> calibration_;
-  std::string calibration_problem_;
-  Disorder imu_disorder_, image_disorder_;
-  std::vector<std::string> notes_;
 };
 
 /// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
-/// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
-/// state_groundtruth_estimate0/data.csv and speed0/data.csv. Without sensor.yaml files there is no
-/// calibration(). A step between IMU samples that is longer than `max_imu_gap_s` is noted. On an
-/// error null, and `status` says what, where and which bound (docs/evaluation.md, "Images").
+/// cam0/data/* and, where known,
+/// state_groundtruth_estimate0/data.csv and speed0/data.csv. A step between IMU samples that is
+/// longer than `max_imu_gap_s` is noted. On an error null, and `status` says what, where and which
+/// bound (docs/evaluation.md, "Images").
 std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status);
 

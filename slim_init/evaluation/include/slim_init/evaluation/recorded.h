@@ -3,6 +3,7 @@
 // Recorded inertial data with true motion and image times, without images.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,11 +32,15 @@ struct RecordedMotion {
   std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
   std::vector<ImuSample> imu;
   std::vector<SpeedSample> speeds;  ///< of speed0.csv, where there is one
-  std::vector<double> image_times;  ///< camera clock
+  std::vector<double> image_times;  ///< camera clock, ascending; before 0 where images start first
+  /// At the times of the ground truth, ascending; empty without one.
   std::vector<NavState> truth;
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
   bool has_velocity_and_bias = false;
-  std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
+  Disorder imu_disorder, image_disorder;  ///< of a recording with pixels
+  std::vector<std::string> notes;         ///< one sentence per thing dropped or suspicious
+
+  std::int64_t stampNs(double t) const { return t0_ns + std::llround(1e9 * t); }
 };
 
 /// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv, DIR/groundtruth.csv and, if it exists,

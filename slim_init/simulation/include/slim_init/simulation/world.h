@@ -34,15 +34,12 @@ struct World {
   bool visible(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 };
 
-/// Kinds of worlds, by their extent and where features are.
-enum class WorldKind { kRoom, kHall, kCorridor };
-
-/// Parses "room", "hall", "corridor"; false for anything else.
-bool parseWorldKind(const std::string& name, WorldKind* kind);
+/// Kinds of worlds, by their extent and where features are: "room", "hall", "corridor".
+const std::vector<std::string>& worldNames();
 
 /// Kind and density of a world.
 struct WorldOptions {
-  WorldKind kind = WorldKind::kRoom;
+  std::string kind = "room";  ///< one of worldNames()
   /// Room and hall: points on all surfaces together. Corridor: its walls are textureless and it is
   /// as long as the path, so 1.25 % of this number stands on every 200 m^2, about 20 m of corridor.
   int points = 5000;
