@@ -42,7 +42,7 @@ class AslFolder : public ImageSequence {
   }
 
  private:
-  std::string file(const char* name) const { return (fs::path(root_) / name).string(); }
+  std::string file(const char* part) const { return (fs::path(root_) / part).string(); }
 
   void findRoot(const std::string& directory) {
     std::error_code code;

@@ -197,19 +197,19 @@ class BagFile : public ImageSequence {
                         const std::string& wanted, const std::vector<std::string>& types) {
     for (const std::string suffix : {"", "/compressed"}) {
       if (!suffix.empty() && types.size() < 2) continue;
-      for (const auto& [name, type] : known) {
-        if (withoutSlash(name) != withoutSlash(wanted) + suffix) continue;
+      for (const auto& [topic, type] : known) {
+        if (withoutSlash(topic) != withoutSlash(wanted) + suffix) continue;
         if (std::find(types.begin(), types.end(), type) == types.end()) {
           fail(file_, ": ", key, " ", wanted, " carries ", quoted(type), ", must be ",
                types.front(), types.size() > 1 ? " or " + types[1] : "");
         }
-        if (!suffix.empty()) notes.push_back(file_ + ": " + wanted + " is there as " + name);
-        return name;
+        if (!suffix.empty()) notes.push_back(file_ + ": " + wanted + " is there as " + topic);
+        return topic;
       }
     }
     std::string list;
-    for (const auto& [name, type] : known) {
-      list += text(list.empty() ? "" : ", ", name, " (", type, ")");
+    for (const auto& [topic, type] : known) {
+      list += text(list.empty() ? "" : ", ", topic, " (", type, ")");
     }
     fail(file_, " has no topic ", quoted(wanted), " (", key, "); it has ",
          list.empty() ? "none" : list);
