@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The prior against the batch problem that it stands for.
+#include <ceres/crs_matrix.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <gtest/gtest.h>
@@ -75,30 +76,33 @@ class SmallProblem {
   }
   double* pose(int k) { return frames[static_cast<std::size_t>(k)]->pose.data(); }
   double* motion(int k) { return frames[static_cast<std::size_t>(k)]->motion.data(); }
-  bool anchored() const { return anchored_; }
+
+  /// The factors whose first frame is one of these.
+  void addFactors(int first, int last, ceres::Problem* problem) {
+    if (first == 0 && anchored_) {
+      problem->AddResidualBlock(anchor().release(), nullptr, pose(0), motion(0));
+    }
+    for (int k = first; k <= last; ++k) {
+      problem->AddResidualBlock(inertial(k).release(), nullptr, pose(k), motion(k), pose(k + 1),
+                                motion(k + 1));
+    }
+    for (Point& point : points) {
+      if (point.views[0].first < first || point.views[0].first > last) continue;
+      for (std::size_t v = 1; v < point.views.size(); ++v) {
+        problem->AddResidualBlock(view(point, v).release(), nullptr, pose(point.views[0].first),
+                                  pose(point.views[v].first), &point.lambda);
+      }
+    }
+  }
 
   /// Everything, or what is left when the prior stands for frame 0.
   void solve(const Prior* prior) {
     ceres::Problem problem;
-    const int first = prior == nullptr ? 0 : 1;
-    if (prior == nullptr && anchored_) {
-      problem.AddResidualBlock(anchor().release(), nullptr, pose(0), motion(0));
-    }
+    addFactors(prior == nullptr ? 0 : 1, 3, &problem);
     if (prior != nullptr) {
       std::vector<double*> blocks;
       for (const BlockKey& key : prior->blocks) blocks.push_back(blockData(key, frames));
       problem.AddResidualBlock(new PriorCost(*prior, frames), nullptr, blocks);
-    }
-    for (int k = first; k < 4; ++k) {
-      problem.AddResidualBlock(inertial(k).release(), nullptr, pose(k), motion(k), pose(k + 1),
-                               motion(k + 1));
-    }
-    for (Point& point : points) {
-      if (point.views[0].first < first) continue;
-      for (std::size_t v = 1; v < point.views.size(); ++v) {
-        problem.AddResidualBlock(view(point, v).release(), nullptr, pose(point.views[0].first),
-                                 pose(point.views[v].first), &point.lambda);
-      }
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
@@ -114,8 +118,8 @@ class SmallProblem {
   }
 
   /// The prior that takes over from frame 0 at the present state.
-  Prior marginalizeFirst(const Prior& before = Prior()) const {
-    Marginalization marginalization(frames, before);
+  Prior marginalizeFirst() const {
+    Marginalization marginalization(frames, Prior());
     const BlockKey pose0 = {0, BlockKind::kPose}, motion0 = {0, BlockKind::kMotion};
     if (anchored_) marginalization.add(*anchor(), {pose0, motion0});
     marginalization.add(*inertial(0),
@@ -185,59 +189,31 @@ TEST_P(Marginalized, InformationIsTheSchurComplement) {
   SmallProblem problem(GetParam());
   const Prior prior = problem.marginalizeFirst();
 
-  // Columns: frames 0 .. 4 with pose and motion, then the points seen from frame 0.
-  std::vector<const Point*> points;
-  for (const Point& point : problem.points) {
-    if (point.views[0].first == 0) points.push_back(&point);
+  ceres::Problem factors;
+  problem.addFactors(0, 0, &factors);
+  // What goes, frame 0 and the points seen from it, before what the prior keeps.
+  ceres::Problem::EvaluateOptions columns;
+  columns.parameter_blocks = {problem.pose(0), problem.motion(0)};
+  for (Point& point : problem.points) {
+    if (point.views[0].first == 0) columns.parameter_blocks.push_back(&point.lambda);
   }
-  const int frame_columns = 5 * 15;
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(frame_columns + static_cast<int>(points.size()),
-                                            frame_columns + static_cast<int>(points.size()));
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto stack = [&](const ceres::CostFunction& cost, const std::vector<double*>& blocks,
-                         const std::vector<int>& columns) {
-    std::vector<RowMajor> J;
-    std::vector<double*> data;
-    for (const int size : cost.parameter_block_sizes()) J.emplace_back(cost.num_residuals(), size);
-    for (RowMajor& block : J) data.push_back(block.data());
-    Eigen::VectorXd r(cost.num_residuals());
-    ASSERT_TRUE(cost.Evaluate(blocks.data(), r.data(), data.data()));
-    for (std::size_t a = 0; a < J.size(); ++a) {
-      for (std::size_t b = 0; b < J.size(); ++b) {
-        H.block(columns[a], columns[b], J[a].cols(), J[b].cols()) += J[a].transpose() * J[b];
-      }
-    }
-  };
-  stack(*problem.anchor(), {problem.pose(0), problem.motion(0)}, {0, 6});
-  stack(*problem.inertial(0),
-        {problem.pose(0), problem.motion(0), problem.pose(1), problem.motion(1)}, {0, 6, 15, 21});
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (std::size_t v = 1; v < points[p]->views.size(); ++v) {
-      double lambda = points[p]->lambda;
-      const int k = points[p]->views[v].first;
-      stack(*problem.view(*points[p], v), {problem.pose(0), problem.pose(k), &lambda},
-            {0, 15 * k, frame_columns + static_cast<int>(p)});
-    }
-  }
-  std::vector<int> kept, gone;
-  for (int c = 0; c < 15; ++c) gone.push_back(c);
-  for (std::size_t p = 0; p < points.size(); ++p)
-    gone.push_back(frame_columns + static_cast<int>(p));
+  const auto gone = static_cast<Eigen::Index>(15 + columns.parameter_blocks.size() - 2);
   for (const BlockKey& key : prior.blocks) {
-    const int from = 15 * static_cast<int>(key.frame) + (key.kind == BlockKind::kPose ? 0 : 6);
-    for (int c = 0; c < key.size(); ++c) kept.push_back(from + c);
+    columns.parameter_blocks.push_back(blockData(key, problem.frames));
   }
-  const auto part = [&](const std::vector<int>& rows, const std::vector<int>& columns) {
-    Eigen::MatrixXd M(rows.size(), columns.size());
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      for (std::size_t c = 0; c < columns.size(); ++c) {
-        M(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = H(rows[r], columns[c]);
-      }
-    }
-    return M;
-  };
+  ceres::CRSMatrix sparse;
+  ASSERT_TRUE(factors.Evaluate(columns, nullptr, nullptr, nullptr, &sparse));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int r = 0; r < sparse.num_rows; ++r) {
+    for (int i = sparse.rows[r]; i < sparse.rows[r + 1]; ++i)
+      J(r, sparse.cols[i]) = sparse.values[i];
+  }
+  const Eigen::MatrixXd H = J.transpose() * J;
+  const Eigen::Index kept = H.rows() - gone;
   const Eigen::MatrixXd schur =
-      part(kept, kept) - part(kept, gone) * part(gone, gone).ldlt().solve(part(gone, kept));
+      H.bottomRightCorner(kept, kept) -
+      H.bottomLeftCorner(kept, gone) *
+          H.topLeftCorner(gone, gone).ldlt().solve(H.topRightCorner(gone, kept));
   EXPECT_LT((prior.J.transpose() * prior.J - schur).norm() / schur.norm(), 1e-8);
   // Positive semi-definite, up to rounding.
   EXPECT_GT(prior.lowest_eigenvalue, -1e-9);

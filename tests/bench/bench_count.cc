@@ -9,10 +9,8 @@
 #include "bench_commands.h"
 #include "bench_windows.h"
 #include "methods.h"
+#include "slim_init/evaluation/protocol.h"
 #include "slim_init/options.h"
-#if __has_include(<valgrind/callgrind.h>)
-#include <valgrind/callgrind.h>
-#endif
 
 namespace slim_init::tools {
 namespace {
@@ -34,14 +32,8 @@ Windows windowsOf(BenchWindows what, const std::vector<std::string>& recorded) {
 // A name of its own, so that an instrumenting tool can restrict itself to it.
 __attribute__((noinline)) std::size_t countedSolves(const WindowSolver& solver,
                                                     const Windows& windows) {
-#ifdef CALLGRIND_START_INSTRUMENTATION
-  CALLGRIND_START_INSTRUMENTATION;
-#endif
   std::size_t answered = 0;
   for (const auto& window : windows) answered += solver.solve(*window).hasEstimate() ? 1 : 0;
-#ifdef CALLGRIND_STOP_INSTRUMENTATION
-  CALLGRIND_STOP_INSTRUMENTATION;
-#endif
   return answered;
 }
 
@@ -74,13 +66,8 @@ int runCountCommand(const std::vector<std::string>& arguments) {
   addSequenceOptions(&recorded, &what, &table);
   auto add = table.add_options();
   add("methods", po::value(&methods)->default_value(methods), "comma separated");
-  add("points", po::value(&what.points)->default_value(what.points), "per frame");
-  add("lines", po::value(&what.lines)->default_value(what.lines), "per frame");
-  add("outliers", po::value(&what.outliers)->default_value(what.outliers),
-      "fraction of the point tracks");
   add("drift", po::value(&what.drift)->default_value(what.drift),
       "random walk of a point track, per image and axis [px]");
-  add("keyframes", po::value(&what.keyframes)->default_value(what.keyframes), "per window");
   add("windows", po::value(&what.limit)->default_value(what.limit),
       "maximum number for each sequence");
   add("answers", po::value(&answers), "file to which all estimates are appended");
@@ -88,7 +75,7 @@ int runCountCommand(const std::vector<std::string>& arguments) {
   if (recorded.empty()) recorded.push_back("");
   const Windows windows = windowsOf(what, recorded);
   InitializerOptions options;
-  options.window.keyframes = options.window.min_keyframes = what.keyframes;
+  options.window.keyframes = options.window.min_keyframes = evaluation::paperWindow().keyframes;
   for (const std::string& name : splitList(methods)) {
     std::string problem;
     const auto solver = makeKnownMethod(name, options, {}, &problem);

@@ -50,8 +50,8 @@ struct Flight {
   std::unique_ptr<BenchHost> host;
 };
 
-// One line of the table, or several together.
-struct Period {
+// A quarter of the day, which is a line of the table.
+struct Quarter {
   int starts = 0, questions = 0, answers = 0, wrong = 0, failures = 0, recovered = 0;
   std::int64_t samples = 0, frames = 0;
   std::vector<double> ms;
@@ -84,71 +84,48 @@ void move(double seconds, FeatureId tracks, Streams* streams) {
 
 // The host starts, asks until it is answered, fails a while later, asks to recover until that is
 // answered, and flies on.
-void fly(Streams streams, double ask, BenchHost* host, Period* period) {
-  ++period->starts;
+void fly(Streams streams, double ask, BenchHost* host, Quarter* quarter) {
+  ++quarter->starts;
   host->setTd(streams.calibration.td);
   enum class Flying { kStarts, kFlies, kFailed, kRecovered } now = Flying::kStarts;
   double since = streams.frames.front().arrival;  // when it began to [s]
   double asked = -std::numeric_limits<double>::infinity();
-  period->samples += static_cast<std::int64_t>(streams.imu.size());
-  period->frames += static_cast<std::int64_t>(streams.frames.size());
+  quarter->samples += static_cast<std::int64_t>(streams.imu.size());
+  quarter->frames += static_cast<std::int64_t>(streams.frames.size());
   host->feed(std::move(streams), [&](double arrival) {
     if (now == Flying::kFlies && arrival >= since + kHealthy) {
       now = Flying::kFailed;
       since = arrival;
-      ++period->failures;
+      ++quarter->failures;
     }
     const bool asks = now == Flying::kStarts || now == Flying::kFailed;
     if (!asks || arrival > since + kGiveUp || arrival < asked + ask) return true;
     asked = arrival;
     const double begin = evaluation::threadCpuMs();
     const bool answered = now == Flying::kFailed ? host->recover() : host->seed();
-    period->ms.push_back(evaluation::threadCpuMs() - begin);
-    ++period->questions;
+    quarter->ms.push_back(evaluation::threadCpuMs() - begin);
+    ++quarter->questions;
     if (!answered) return true;
     if (now == Flying::kFailed) {
       now = Flying::kRecovered;
-      ++period->recovered;
+      ++quarter->recovered;
     } else {
       now = Flying::kFlies;
       since = arrival;
-      ++period->answers;
-      period->wrong += std::abs(host->scaleError()) > kWrongScale ? 1 : 0;
+      ++quarter->answers;
+      quarter->wrong += std::abs(host->scaleError()) > kWrongScale ? 1 : 0;
     }
     return true;
   });
 }
 
-void printRow(double hour, const Period& period) {
+void printRow(double hour, const Quarter& quarter) {
   std::printf("| %.2f | %d | %lld | %lld | %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %.1f |\n",
-              hour, period.starts, static_cast<long long>(period.samples),
-              static_cast<long long>(period.frames), period.questions, period.answers, period.wrong,
-              period.failures, period.recovered, period.mean_ms, period.median_ms, period.p99_ms,
-              period.memory);
+              hour, quarter.starts, static_cast<long long>(quarter.samples),
+              static_cast<long long>(quarter.frames), quarter.questions, quarter.answers,
+              quarter.wrong, quarter.failures, quarter.recovered, quarter.mean_ms,
+              quarter.median_ms, quarter.p99_ms, quarter.memory);
   std::fflush(stdout);
-}
-
-// What a quarter of the day came to: sums, medians of the times, and the most memory.
-Period together(const std::vector<Period>& periods) {
-  Period all;
-  std::vector<double> means, medians, p99;
-  all.memory = 0.0;
-  for (const Period& period : periods) {
-    all.starts += period.starts;
-    all.questions += period.questions;
-    all.answers += period.answers;
-    all.wrong += period.wrong;
-    all.failures += period.failures;
-    all.recovered += period.recovered;
-    means.push_back(period.mean_ms);
-    medians.push_back(period.median_ms);
-    p99.push_back(period.p99_ms);
-    all.memory = std::max(all.memory, period.memory);
-  }
-  all.mean_ms = evaluation::median(means);
-  all.median_ms = evaluation::median(medians);
-  all.p99_ms = evaluation::median(p99);
-  return all;
 }
 
 // Prints what was measured and its bound; false where it is beyond.
@@ -160,7 +137,7 @@ bool holds(const char* what, double measured, double bound, const char* unit) {
 }
 
 // Both quarters have had the same faults in the same places.
-bool isWithoutDrift(const Period& first, const Period& last, const SoakOptions& options) {
+bool isWithoutDrift(const Quarter& first, const Quarter& last, const SoakOptions& options) {
   std::printf("\nlast quarter against the first, which had the same faults at the same places:\n");
   const auto apart = [](int a, int b) { return std::abs(a - b) / std::max(1.0, 1.0 * a); };
   // All are printed, whatever becomes of the first.
@@ -192,28 +169,23 @@ std::vector<Flight> flightsOf(BenchWindows what, std::vector<std::string> record
 }
 
 int soak(std::vector<Flight> flights, unsigned seed, const SoakOptions& options) {
-  const int rows =
-      kQuarters * std::max(1, static_cast<int>(std::lround(options.hours / kQuarters)));
-  const int starts = std::max(1, static_cast<int>(options.hours * 3600.0 / options.every / rows));
+  const int starts =
+      std::max(1, static_cast<int>(options.hours * 3600.0 / options.every / kQuarters));
   std::printf(
       "| hour | starts | samples | images | solves | estimates | beyond %.0f %% | failures | "
       "recoveries | mean ms | median ms | p99 ms | MiB "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       100.0 * kWrongScale);
   const double seconds = options.every - kPause;
-  std::vector<std::vector<Period>> quarters(kQuarters);
+  std::vector<Quarter> quarters(kQuarters);
   std::vector<double> ms;
-  std::mt19937_64 random;
   int done = 0;
-  for (int row = 0; row < rows; ++row) {
-    if (row % (rows / kQuarters) == 0) {
-      // Every quarter of the day is the same, so that all that differs between them is their age.
-      random.seed(seed);
-      for (Flight& flight : flights) flight.host->restart();
-    }
-    Period period;
-    period.ms.swap(ms);
-    period.ms.clear();
+  for (Quarter& quarter : quarters) {
+    // Every quarter of the day is the same, so that all that differs between them is their age.
+    std::mt19937_64 random(seed);
+    for (Flight& flight : flights) flight.host->restart();
+    quarter.ms.swap(ms);
+    quarter.ms.clear();
     for (int k = 0; k < starts; ++k, ++done) {
       Flight& flight = flights[random() % flights.size()];
       const StreamFault& fault = streamFaults()[random() % streamFaults().size()];
@@ -227,18 +199,17 @@ int soak(std::vector<Flight> flights, unsigned seed, const SoakOptions& options)
       if (streams.imu.empty() || streams.frames.empty()) continue;
       move(done * options.every - at, done * kTracksOfAStart, &streams);
       if (restarts) flight.host->restart();
-      fly(std::move(streams), options.ask, flight.host.get(), &period);
+      fly(std::move(streams), options.ask, flight.host.get(), &quarter);
     }
-    const double sum = std::accumulate(period.ms.begin(), period.ms.end(), 0.0);
-    period.mean_ms = sum / static_cast<double>(period.ms.size());
-    period.median_ms = evaluation::median(period.ms);
-    period.p99_ms = evaluation::quantile(period.ms, 0.99);
-    period.ms.swap(ms);
-    period.memory = residentMemory();
-    printRow(done * options.every / 3600.0, period);
-    quarters[static_cast<std::size_t>(kQuarters * row / rows)].push_back(period);
+    const double sum = std::accumulate(quarter.ms.begin(), quarter.ms.end(), 0.0);
+    quarter.mean_ms = sum / static_cast<double>(quarter.ms.size());
+    quarter.median_ms = evaluation::median(quarter.ms);
+    quarter.p99_ms = evaluation::quantile(quarter.ms, 0.99);
+    quarter.ms.swap(ms);
+    quarter.memory = residentMemory();
+    printRow(done * options.every / 3600.0, quarter);
   }
-  return isWithoutDrift(together(quarters.front()), together(quarters.back()), options) ? 0 : 1;
+  return isWithoutDrift(quarters.front(), quarters.back(), options) ? 0 : 1;
 }
 
 }  // namespace

@@ -30,11 +30,7 @@ evaluation::Sequence benchSequence(const BenchWindows& what) {
   options.recorded = what.recorded;
   if (what.recorded.empty()) options.builtin = what.builtin;
   options.duration_s = what.duration_s;
-  options.features.max_points = what.points;
-  options.features.max_lines = what.lines;
-  // A dense front end: 300 points do not fit into the image 15 px apart from each other otherwise.
-  if (what.points > 100) options.features.min_point_distance = what.points > 300 ? 4.0 : 8.0;
-  options.features.outlier_rate = what.outliers;
+  options.features.outlier_rate = 0.03;
   options.features.drift = what.drift;
   options.seed = what.seed;
   try {
@@ -47,9 +43,7 @@ evaluation::Sequence benchSequence(const BenchWindows& what) {
 
 std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequence& data,
                                                           const BenchWindows& what) {
-  WindowOptions window = evaluation::paperWindow();
-  window.keyframes = what.keyframes;
-  window.min_keyframes = what.keyframes;
+  const WindowOptions window = evaluation::paperWindow();
   KeyframeWindow stream(data.calibration, window);
   std::vector<std::shared_ptr<const InitWindow>> all;
   std::size_t next_imu = 0;
@@ -60,10 +54,10 @@ std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequ
     stream.addFrame(data.frames[k]);
     if (k % kFramesBetweenWindows != kFramesBetweenWindows - 1) continue;
     const WindowCut cut = stream.cut();
-    if (cut.window != nullptr && cut.window->size() == what.keyframes) all.push_back(cut.window);
+    if (cut.window != nullptr && cut.window->size() == window.keyframes) all.push_back(cut.window);
   }
   if (all.empty()) {
-    giveUp(data.name + " holds no window of " + std::to_string(what.keyframes) + " keyframes");
+    giveUp(data.name + " holds no window of " + std::to_string(window.keyframes) + " keyframes");
   }
   if (all.size() <= what.limit) return all;
   std::vector<std::shared_ptr<const InitWindow>> spread;

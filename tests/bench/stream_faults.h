@@ -4,6 +4,7 @@
 // `slim_init_bench soak`.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <random>
 #include <vector>
@@ -48,7 +49,7 @@ struct StreamFault {
   const char* name;
   const char* what;  ///< one line for the table
   bool lasts;        ///< from the start to the end, else during Trouble alone
-  void (*apply)(const FaultInput& in);
+  std::function<void(const FaultInput& in)> apply;
 };
 
 /// All kinds; the first is none.

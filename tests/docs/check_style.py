@@ -2,7 +2,7 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Checks that the documents are short, and that documents, messages and public headers are plain.
 
-    check_style.py [REPOSITORY] [--report]
+    check_style.py [REPOSITORY]
 
 Of every Markdown file of the repository:
   - words: at most the budget of the page (BUDGETS; a page without a row is a fault), and at most
@@ -21,8 +21,7 @@ Of every Markdown file of the repository:
   - "where": at most one, and one more per WORDS_PER_WHERE words. It is a good word for a place and
     a bad one for a condition ("if", "when"); no pattern tells them apart, so its density is bounded.
 
-Prints one line per fault and ends with 1 if there is any; --report prints the figures of every page.
-Needs python3's standard library only.
+Prints one line per fault and ends with 1 if there is any. Needs python3's standard library only.
 """
 import bisect
 import io
@@ -139,14 +138,13 @@ def sentences(paragraph):
 
 
 def measure(text):
-    """Words, mean length of a sentence, counts of `where` and of `if` and `when`."""
+    """Words, sentences and their mean length, and the count of `where`."""
     lengths = [len(s) for paragraph in paragraphs(text) for s in sentences(paragraph)]
     prose = "\n".join(plain(line) for line in prose_of(text).split("\n"))
     return {"words": len(words_of(text)),
             "sentences": len(lengths),
             "mean": sum(lengths) / len(lengths) if lengths else 0.0,
-            "where": len(re.findall(r"\bwhere\b", prose, re.IGNORECASE)),
-            "if": len(re.findall(r"\b(?:if|when)\b", prose, re.IGNORECASE))}
+            "where": len(re.findall(r"\bwhere\b", prose, re.IGNORECASE))}
 
 
 def hits_of(text, patterns):
@@ -251,22 +249,12 @@ def check_total(texts, limit=TOTAL_WORDS):
     return ["all pages: %d words (limit %d)" % (total, limit)] if total > limit else []
 
 
-def report(texts):
-    for page, text in sorted(texts.items()):
-        f = measure(text)
-        print("%-34s %6d words (%s)  mean %5.1f  where %3d  if/when %3d" % (
-            page, f["words"], BUDGETS.get(page, "-"), f["mean"], f["where"], f["if"]))
-
-
 def main(arguments):
-    folders = [a for a in arguments if a != "--report"]
-    root = os.path.abspath(folders[0] if folders
+    root = os.path.abspath(arguments[0] if arguments
                            else os.path.join(os.path.dirname(__file__), "..", ".."))
     files = files_of(root)
     texts = {page: read(os.path.join(root, page)) for page in files if page.endswith(".md")}
     codes = [path for path in files if not path.startswith("tests/")]
-    if "--report" in arguments:
-        report(texts)
     faults = [fault for page, text in sorted(texts.items()) for fault in check_page(page, text)]
     faults += ["%s: has a budget and does not exist" % page
                for page in sorted(set(BUDGETS) - set(texts))]

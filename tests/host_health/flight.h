@@ -14,11 +14,16 @@ namespace slim_init::host_health {
 constexpr int kHostFrames = 11;  ///< of the host's window
 constexpr int kFrames = 40;      ///< of the flight
 
-/// At 10 Hz; `noise`: of the IMU, and 0.6 px of the tracks.
-inline ExactWindow flight(bool noise = false) {
-  ExactWindowOptions options = atTenHertz(kFrames);
-  options.imu_noise = noise;
-  if (noise) options.pixel_noise = 0.6;
+constexpr double kNoisePx = 0.6;  ///< of the tracks
+
+/// At 10 Hz; without noise of the tracks the IMU has none either.
+inline ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1,
+                            int keyframes = kFrames) {
+  ExactWindowOptions options = atTenHertz(keyframes);
+  options.motion = motion;
+  options.pixel_noise = pixel_noise;
+  options.imu_noise = pixel_noise > 0.0;
+  options.seed = seed;
   return makeExactWindow(options);
 }
 

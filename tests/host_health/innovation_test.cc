@@ -36,17 +36,6 @@
 namespace slim_init::host_health {
 namespace {
 
-constexpr double kNoisePx = 0.6;
-
-ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1, int keyframes = 40) {
-  ExactWindowOptions options = atTenHertz(keyframes);
-  options.motion = motion;
-  options.pixel_noise = pixel_noise;
-  options.imu_noise = pixel_noise > 0.0;
-  options.seed = seed;
-  return makeExactWindow(options);
-}
-
 // Observations that belong to a texture and that do not, and how many of each are kept out.
 struct KeptOut {
   int seen = 0, kept_out = 0, scene = 0, wronged = 0;

@@ -67,7 +67,8 @@ void expectAscending(const std::vector<ImuSample>& samples) {
 
 class ScreenedFlight : public ::testing::Test {
  protected:
-  const ExactWindow exact_ = flight(), noisy_ = flight(true);
+  const ExactWindow exact_ = flightOf(Motion::kExcited, 0.0),
+                    noisy_ = flightOf(Motion::kExcited, kNoisePx);
 };
 using ImuPropagation = ScreenedFlight;
 
@@ -655,7 +656,7 @@ class Watch : public ::testing::Test {
   std::vector<NavState> window(int newest) const {
     return {exact_.truth.begin() + newest - kHostFrames + 1, exact_.truth.begin() + newest + 1};
   }
-  ExactWindow exact_ = flight(true);
+  ExactWindow exact_ = flightOf(Motion::kExcited, kNoisePx);
   Screened data_ = screened(exact_.imu);
 };
 
@@ -709,7 +710,7 @@ TEST_F(Watch, FewTracksAreNotJudged) {
                          frame.points.end());
     }
     EXPECT_EQ(std::isnan(find(window(newest)).reprojection_px), kept == 9u) << kept;
-    exact_ = flight(true);
+    exact_ = flightOf(Motion::kExcited, kNoisePx);
   }
 }
 
@@ -758,7 +759,7 @@ TEST_F(Watch, EachFindingHasTwoSides) {
 }
 
 TEST(CompareStates, VelocityAndTilt) {
-  const NavState truth = flight().truth[20];
+  const NavState truth = flightOf(Motion::kExcited, 0.0).truth[20];
   EXPECT_EQ(compareStates(truth, truth, 0.03), "");
   NavState other = truth;
   // Position and heading of the two frames are of no account.

@@ -5,6 +5,9 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/so3.h"
+#include "support/jacobian_check.h"
+
 namespace slim_init::node {
 namespace {
 
@@ -112,26 +115,14 @@ TEST(Conversions, SeedCovariancesAreThoseOfTheMessagesQuantities) {
   const Attempt attempt = someAttempt();
   const nav_msgs::Odometry seed = seedMessage(attempt, someContext());
   const NavState& state = attempt.result.states.back();
-  const auto quantities = [&](const Eigen::Matrix<double, 9, 1>& error) {
-    const Eigen::Vector3d theta = error.head<3>();
-    const Eigen::Matrix3d R =
-        state.R_w_b * (theta.norm() > 0.0
-                           ? Eigen::AngleAxisd(theta.norm(), theta.normalized()).matrix()
-                           : Eigen::Matrix3d::Identity());
-    const Eigen::AngleAxisd turned(R * state.R_w_b.transpose());
-    Eigen::Matrix<double, 12, 1> q;
-    q << state.p_w_b + error.segment<3>(3), turned.angle() * turned.axis(),
+  const auto quantities = [&](const Eigen::VectorXd& error) -> Eigen::VectorXd {
+    const Eigen::Matrix3d R = state.R_w_b * expSO3(error.head<3>());
+    Eigen::VectorXd q(12);
+    q << state.p_w_b + error.segment<3>(3), logSO3(R * state.R_w_b.transpose()),
         R.transpose() * (state.v_w_b + error.tail<3>()), Eigen::Vector3d::Zero();
     return q;
   };
-  Eigen::Matrix<double, 12, 9> J;
-  constexpr double kStep = 1e-6;
-  for (int i = 0; i < 9; ++i) {
-    Eigen::Matrix<double, 9, 1> step = Eigen::Matrix<double, 9, 1>::Zero();
-    step[i] = kStep;
-    const auto plus = quantities(step);
-    J.col(i) = (plus - quantities(-step)) / (2.0 * kStep);
-  }
+  const Eigen::MatrixXd J = numericJacobian(quantities, 9, 1e-6);
   const Eigen::MatrixXd P = attempt.result.covariance.block<9, 9>(9, 9);
   const Eigen::MatrixXd expected = J * P * J.transpose();
   for (int r = 0; r < 6; ++r) {

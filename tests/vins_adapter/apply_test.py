@@ -218,7 +218,7 @@ class ApplyTest(unittest.TestCase):
                 old.append(apply.Insertion(insertion.anchor, insertion.where, code, insertion.inside))
             if file == CPP[flavour]:
                 # A block where this version has none.
-                old.append(apply.Insertion("key_poses.clear();", "after", "a_block_of_old();"))
+                old.append(apply.Insertion("last_P = Ps[WINDOW_SIZE];", "after", "a_block_of_old();"))
             target = os.path.join(path, file)
             text = apply.inserted(file, pristine[file][0].decode("latin-1"), old)
             write(target, text.encode("latin-1"))

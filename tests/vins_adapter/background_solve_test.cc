@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Solves that take longer than the host waits: the host's thread goes on, and a later frame gets
-// the answer. The slowness is a fake; everything behind it is `slim`.
+// the answer. The initializer is a fake that takes 250 ms.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -23,6 +23,7 @@
 #include "support/exact_window.h"
 #include "support/text_parts.h"
 #include "vins_adapter/host_streams.h"
+#include "vins_adapter/oracle.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -32,52 +33,19 @@ using Clock = std::chrono::steady_clock;
 constexpr int kFrames = 60;
 constexpr std::chrono::milliseconds kFrameTime(100);
 
-/// `slim`, with solves that take as long as is said here.
-class SlowInitializer : public IInitializer {
- public:
-  SlowInitializer(const Calibration& calibration, std::atomic<int>* milliseconds)
-      : inner_(makeInitializer(calibration, InitializerOptions())), milliseconds_(milliseconds) {}
-  AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
-  AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
-  void setTd(double td) override { inner_->setTd(td); }
-  void reset() override { inner_->reset(); }
-  InitResult initialize(const Priors& priors) override {
-    InitResult result = inner_->initialize(priors);
-    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_->load()));
-    return result;
-  }
-  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
-                std::vector<NavState>* states, std::string* error) const override {
-    return inner_->statesAt(result, times, max_reach_s, states, error);
-  }
-  InitializerInfo info() const override { return inner_->info(); }
-
- private:
-  std::unique_ptr<IInitializer> inner_;
-  std::atomic<int>* milliseconds_;
-};
-
-class BackgroundSolve : public ::testing::Test {
+class BackgroundSolve : public FedAdapter {
  protected:
-  BackgroundSolve() { make<SlowInitializer>(10.0); }
-  template <typename Initializer>
-  void make(double max_wait_ms, bool watchdog = true) {
-    HostOptions options;
-    options.reinit = true;
-    options.watchdog = watchdog;
-    options.max_wait_ms = max_wait_ms;
-    adapter_ =
-        adapterOf(std::make_unique<Initializer>(exact_.calibration, &milliseconds_), options);
-    next_ = 0;
+  BackgroundSolve() {
+    exact_ = makeExactWindow(atTenHertz(kFrames));
+    options_.watchdog = true;
+    options_.max_wait_ms = 10.0;
+    auto slow = std::make_unique<Oracle>(exact_);
+    slow->then = [](const Priors&, InitResult*) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    };
+    make(std::move(slow));
   }
-  void feed(int first, int last) {
-    vins_adapter::feed(exact_, exact_.imu, first, last, &next_, adapter_.get());
-  }
-  std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
   HostState stateOf(int k) const { return toHostState(exact_.truth[k], 0.0); }
-  std::vector<HostState> window(int last) const {
-    return statesOf(exact_, last - kHostFrames + 1, last);
-  }
   HostResult timed(const std::function<HostResult()>& call) {
     const auto begin = Clock::now();
     HostResult answer = call();
@@ -90,10 +58,6 @@ class BackgroundSolve : public ::testing::Test {
     return waits_[waits_.size() / 2];
   }
 
-  const ExactWindow exact_ = makeExactWindow(atTenHertz(kFrames));
-  std::atomic<int> milliseconds_{250};
-  std::unique_ptr<HostAdapter> adapter_;
-  std::size_t next_ = 0;
   std::vector<double> waits_;
 };
 
@@ -127,7 +91,7 @@ TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
 
 TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
   feed(0, 30);
-  const std::vector<HostState> healthy = statesOf(exact_, 15, 26);
+  const std::vector<HostState> healthy = statesOf(15, 26);
   HostResult answer = timed([&] { return adapter_->recover(stamps(30), healthy); });
   ASSERT_TRUE(answer.pending) << answer.message;
   // Four frames on by the IMU.
@@ -154,7 +118,7 @@ TEST_F(BackgroundSolve, TheFirstStateOfABridgeIsWorthWhatTheImuHasLeft) {
   feed(0, kFrames - 1);
   const auto information = [&](int last_healthy) {
     const HostResult bridge =
-        adapter_->bridge(stamps(kFrames - 1), statesOf(exact_, last_healthy, last_healthy));
+        adapter_->bridge(stamps(kFrames - 1), statesOf(last_healthy, last_healthy));
     EXPECT_TRUE(bridge.success()) << bridge.message;
     const std::vector<double>& prior = bridge.window.prior;
     constexpr int kColumns = HostWindow::kPriorColumns;
@@ -183,15 +147,14 @@ TEST_F(BackgroundSolve, WhatCannotBeBridgedIsDeclined) {
 // The watchdog goes on with what it has; the answer counts with the frame at which it is there.
 TEST_F(BackgroundSolve, TheWatchdogDoesNotWait) {
   feed(0, 30);
-  const Calibration& rig = exact_.calibration;
   const auto begin = Clock::now();
-  HostHealth health = adapter_->watch(window(30), rig.R_b_c, rig.t_b_c);
+  HostHealth health = watch(window(30));
   EXPECT_LT(std::chrono::duration<double>(Clock::now() - begin).count(), 0.2);
   EXPECT_TRUE(health.healthy);
   EXPECT_TRUE(std::isnan(health.confirmed_stamp));
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   feed(31, 31);
-  health = adapter_->watch(window(31), rig.R_b_c, rig.t_b_c);
+  health = watch(window(31));
   EXPECT_EQ(health.confirmed_stamp, exact_.keyframes[30].t);
 }
 
@@ -205,20 +168,9 @@ TEST_F(BackgroundSolve, ARestartOfTheStreamsForgetsTheSolveThatRuns) {
   EXPECT_TRUE(adapter_->seed(stamps(30)).pending);
 }
 
-// Lock step: whatever a solve takes, the call returns its answer.
-TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
-  make<SlowInitializer>(-1.0);
-  milliseconds_ = 100;
-  feed(0, 30);
-  const HostResult answer = adapter_->seed(stamps(30));
-  EXPECT_FALSE(answer.pending);
-  EXPECT_TRUE(answer.success()) << answer.message;
-  EXPECT_GE(answer.solve_ms, 100.0);
-}
-
-// Streams, solves and the watchdog from three threads, with restarts in between.
+// Streams, solves of `slim` and the watchdog from three threads, with restarts in between.
 TEST_F(BackgroundSolve, StreamsGoOnWhileSolvesRun) {
-  milliseconds_ = 1;
+  make(makeInitializer(exact_.calibration, InitializerOptions()));
   std::atomic<bool> stop{false};
   std::thread lines([&] {
     while (!stop) {
@@ -232,7 +184,7 @@ TEST_F(BackgroundSolve, StreamsGoOnWhileSolvesRun) {
       feed(k, k);
       if (k < kHostFrames) continue;
       adapter_->seed(stamps(k));
-      adapter_->watch(window(k), exact_.calibration.R_b_c, exact_.calibration.t_b_c, true);
+      watch(window(k), true);
       adapter_->recover(stamps(k), {stateOf(k - 5)});
     }
     next_ = 0;  // and the streams begin anew
@@ -248,24 +200,13 @@ double residentBytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-// 10,000 recoveries, each solved in the other thread. Here the solve is a fake, of no time: the
-// first estimate of `slim`, again and again.
+// 10,000 recoveries, each solved in the other thread, in no time.
 TEST_F(BackgroundSolve, TenThousandRecoveriesDoNotGrow) {
-  class Same : public SlowInitializer {
-   public:
-    using SlowInitializer::SlowInitializer;
-    InitResult initialize(const Priors& priors) override {
-      if (!known_.success()) known_ = SlowInitializer::initialize(priors);
-      return known_;
-    }
-
-   private:
-    InitResult known_;
-  };
-  milliseconds_ = 0;
-  make<Same>(1000.0, false);
+  options_.watchdog = false;
+  options_.max_wait_ms = 1000.0;
+  make(std::make_unique<Oracle>(exact_));
   feed(0, 30);
-  const std::vector<HostState> healthy = statesOf(exact_, 15, 26);
+  const std::vector<HostState> healthy = statesOf(15, 26);
   double before = 0.0;
   for (int i = 0; i < 10000; ++i) {
     // Another frame each time: the wait is per frame.

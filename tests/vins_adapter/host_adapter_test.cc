@@ -6,35 +6,21 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <map>
-#include <thread>
 
 #include "geometry/so3.h"
-#include "support/exact_window.h"
 #include "support/text_parts.h"
 #include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
-class HostAdapterTest : public ::testing::Test {
+class HostAdapterTest : public FedAdapter {
  protected:
-  std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {}) {
-    options.reinit = true;
-    options.max_wait_ms = -1.0;
-    return adapterOf(makeInitializer(calibration, InitializerOptions()), options);
-  }
-  std::unique_ptr<HostAdapter> make() { return make(exact_.calibration); }
-
-  void feed(HostAdapter& adapter, int first, int last) {
-    vins_adapter::feed(exact_, exact_.imu, first, last, &next_, &adapter);
-  }
-  void feedImu(HostAdapter& adapter) const {
-    for (const ImuSample& s : exact_.imu) adapter.addImu(s.t, s.accel, s.gyro);
-  }
-  std::vector<double> stamps(int last, int count = kHostFrames) const {
-    return stampsOf(exact_, last, count);
+  HostAdapterTest() { make(exact_.calibration); }
+  using FedAdapter::make;
+  void make(const Calibration& calibration) {
+    make(makeInitializer(calibration, InitializerOptions()));
   }
   // With biases of zero.
   HostState healthy(int k) const {
@@ -42,9 +28,6 @@ class HostAdapterTest : public ::testing::Test {
     state.Ba = state.Bg = Eigen::Vector3d::Zero();
     return state;
   }
-
-  const ExactWindow exact_ = makeExactWindow(atTenHertz(35));
-  std::size_t next_ = 0;
 };
 
 // Largest errors against the truth, after the turn and shift that put frame 0 of the answer there.
@@ -69,9 +52,8 @@ void expectTruth(const HostResult& answer, const std::vector<NavState>& truth, i
 }
 
 TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
-  const auto adapter = make();
-  feed(*adapter, 0, 30);
-  const HostResult answer = adapter->seed(stamps(30));
+  feed(0, 30);
+  const HostResult answer = adapter_->seed(stamps(30));
   ASSERT_TRUE(answer.success()) << answer.message;
   ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
   EXPECT_EQ(answer.window.G, Eigen::Vector3d(0, 0, exact_.calibration.gravity_magnitude));
@@ -88,23 +70,22 @@ TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
 }
 
 TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
-  HostOptions options;
-  options.max_reach_s = 0.3;
-  const auto adapter = make(exact_.calibration, options);
-  feed(*adapter, 0, 34);
+  options_.max_reach_s = 0.3;
+  make(exact_.calibration);
+  feed(0, 34);
   // The window spans 3 s; the host needs frames 3.2 s and 3.4 s back.
   std::vector<double> old = stamps(34);
   old.front() = exact_.keyframes[2].t;
-  EXPECT_TRUE(adapter->seed(old).success());
+  EXPECT_TRUE(adapter_->seed(old).success());
   old.front() = exact_.keyframes[0].t;
-  HostResult answer = adapter->seed(old);
+  HostResult answer = adapter_->seed(old);
   EXPECT_FALSE(answer.success());
   EXPECT_EQ(answer.result.status, InitStatus::kTooFewKeyframes);
   expectParts(answer.message, "s before the window (limit 0.3 s)");
   // A frame that the IMU does not cover yet.
   std::vector<double> early = stamps(34);
   early.push_back(exact_.keyframes[34].t + 0.1);
-  answer = adapter->seed(early);
+  answer = adapter_->seed(early);
   EXPECT_FALSE(answer.success());
   expectParts(answer.message, "do not cover");
 }
@@ -115,10 +96,8 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
 TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
   InitializerOptions shorter;
   shorter.window.max_span_s = 2.2;
-  HostOptions synchronous;
-  synchronous.max_wait_ms = -1.0;
-  const auto adapter = adapterOf(makeInitializer(exact_.calibration, shorter), synchronous);
-  feed(*adapter, 0, 34);
+  make(makeInitializer(exact_.calibration, shorter));
+  feed(0, 34);
   std::vector<double> requested;
   std::vector<NavState> truth;
   for (int i = 0; i < kHostFrames; ++i) {
@@ -126,7 +105,7 @@ TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
     requested.push_back(exact_.keyframes[k].t);
     truth.push_back(exact_.truth[k]);
   }
-  const HostResult answer = adapter->seed(requested);
+  const HostResult answer = adapter_->seed(requested);
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_GT(answer.result.states.front().t - truth.front().t, 1.1);
   expectTruth(answer, truth, 0, true, 5e-3);
@@ -141,24 +120,23 @@ TEST_F(HostAdapterTest, AllFramesOfAWindowThatStoodHaveStates) {
   options.points = 300;
   options.lines = 0;
   options.pixel_noise = 0.3;
-  const ExactWindow exact = makeExactWindow(options);
-  const auto adapter = make(exact.calibration);
+  exact_ = makeExactWindow(options);
+  make(exact_.calibration);
   std::vector<double> window;
   std::vector<int> frames;
   HostResult answer;
-  std::size_t next = 0;
   for (int k = 0; k < options.keyframes && !answer.success(); ++k) {
-    vins_adapter::feed(exact, exact.imu, k, k, &next, adapter.get());
+    feed(k, k);
     if (static_cast<int>(frames.size()) == kHostFrames) {
       // Parallax makes the oldest leave, otherwise the newest is replaced.
-      frames.erase(exact.truth[k].t > options.rest_s + 0.2 ? frames.begin() : frames.end() - 1);
+      frames.erase(exact_.truth[k].t > options.rest_s + 0.2 ? frames.begin() : frames.end() - 1);
     }
     frames.push_back(k);
     if (static_cast<int>(frames.size()) < kHostFrames) continue;
     window.clear();
-    for (const int frame : frames) window.push_back(exact.keyframes[frame].t);
-    answer = adapter->seed(window);
-    if (exact.truth[k].t > 2.0 && exact.truth[k].t < options.rest_s) {
+    for (const int frame : frames) window.push_back(exact_.keyframes[frame].t);
+    answer = adapter_->seed(window);
+    if (exact_.truth[k].t > 2.0 && exact_.truth[k].t < options.rest_s) {
       EXPECT_EQ(answer.result.status, InitStatus::kStationary) << answer.message;
     }
   }
@@ -167,10 +145,10 @@ TEST_F(HostAdapterTest, AllFramesOfAWindowThatStoodHaveStates) {
   const double seconds = answer.window.states.back().stamp - options.rest_s;
   EXPECT_LT(seconds, 0.8);
   ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
-  const NavState& start = exact.truth.front();
+  const NavState& start = exact_.truth.front();
   const Eigen::Matrix3d R = answer.window.states.front().R * start.R_w_b.transpose();
   for (int i = 0; i < kHostFrames; ++i) {
-    const NavState& truth = exact.truth[frames[i]];
+    const NavState& truth = exact_.truth[frames[i]];
     const HostState& state = answer.window.states[i];
     // Origin and heading where it stood.
     EXPECT_LT((state.P - R * (truth.p_w_b - start.p_w_b)).norm(), 0.01) << i;
@@ -187,34 +165,28 @@ TEST_F(HostAdapterTest, TimeOffset) {
   for (const bool by_host : {false, true}) {
     Calibration calibration = exact_.calibration;
     if (!by_host) calibration.td = td;
-    const auto adapter = make(calibration);
-    if (by_host) adapter->setTd(td);
-    feedImu(*adapter);
-    std::vector<double> requested;
-    for (int k = 0; k <= 33; ++k) {
-      FrameObservation frame = exact_.keyframes[k];
-      frame.t = exact_.truth[k].t - td;
-      adapter->addFrame(frame);
-      if (k > 33 - kHostFrames) requested.push_back(frame.t);
-    }
-    const HostResult answer = adapter->seed(requested);
+    make(calibration);
+    if (by_host) adapter_->setTd(td);
+    for (int k = 0; k <= 33; ++k) exact_.keyframes[k].t = exact_.truth[k].t - td;
+    feed(0, 33);
+    const std::vector<double> requested = stamps(33);
+    const HostResult answer = adapter_->seed(requested);
     ASSERT_TRUE(answer.success()) << answer.message;
     EXPECT_EQ(answer.window.states[4].stamp, requested[4]);
     expectTruth(answer, exact_.truth, 33 - kHostFrames + 1, true, 2e-3);
-    EXPECT_EQ(adapter->calibration().td, td);
+    EXPECT_EQ(adapter_->calibration().td, td);
   }
 }
 
 TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
-  const auto adapter = make();
-  feed(*adapter, 0, 30);
+  feed(0, 30);
   // Tilt and velocity of the failed host do not matter, position and yaw do.
   HostState last = healthy(24);
-  const HostResult right = adapter->recover(stamps(30), {last});
+  const HostResult right = adapter_->recover(stamps(30), {last});
   ASSERT_TRUE(right.success()) << right.message;
   EXPECT_LT(right.frame.position_sigma, 0.1);
   last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
-  const HostResult answer = adapter->recover(stamps(30), {last});
+  const HostResult answer = adapter_->recover(stamps(30), {last});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_TRUE(answer.frame.ok);
   expectTruth(answer, exact_.truth, 20, false, 2e-3);
@@ -227,14 +199,13 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
 
 // The flight has ended, and a start goes on from its last state: it was correct until then.
 TEST_F(HostAdapterTest, AFlightThatHasEndedWasCorrectSinceItsStart) {
-  const auto adapter = make();
-  feed(*adapter, 0, 22);
-  ASSERT_TRUE(adapter->seed(stamps(22)).success());
-  feed(*adapter, 23, 34);
-  adapter->flightEnded();
+  feed(0, 22);
+  ASSERT_TRUE(adapter_->seed(stamps(22)).success());
+  feed(23, 34);
+  adapter_->flightEnded();
   HostState last = healthy(26);
   last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
-  const HostResult answer = adapter->recover(stamps(34), {last});
+  const HostResult answer = adapter_->recover(stamps(34), {last});
   ASSERT_TRUE(answer.success()) << answer.message;
   const double since = last.stamp - exact_.keyframes[22].t;
   EXPECT_GT(answer.frame.position_sigma, 3.0 * since);
@@ -244,52 +215,50 @@ TEST_F(HostAdapterTest, AFlightThatHasEndedWasCorrectSinceItsStart) {
 // IMU data are kept for 10 s.
 TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
   constexpr int kImages = 150;
-  const ExactWindow exact = makeExactWindow(atTenHertz(kImages));
+  exact_ = makeExactWindow(atTenHertz(kImages));
   for (const bool lost : {false, true}) {
-    const auto adapter = make(exact.calibration);
-    std::size_t next = 0;
-    const HostState last = toHostState(exact.truth[4], 0.0);
+    make(exact_.calibration);
+    const HostState last = toHostState(exact_.truth[4], 0.0);
     for (int k = 0; k < kImages; ++k) {
       // Images may be missing for long.
-      if (k < 30 || k > 130) vins_adapter::feed(exact, exact.imu, k, k, &next, adapter.get());
-      if (lost && k == 5) adapter->lose(last);
+      if (k < 30 || k > 130) feed(k, k);
+      if (lost && k == 5) adapter_->lose(last);
     }
-    const NavState& now = exact.truth.back();
-    const HostPropagation there = adapter->propagate(last, exact.keyframes.back().t);
+    const NavState& now = exact_.truth.back();
+    const HostPropagation there = adapter_->propagate(last, exact_.keyframes.back().t);
     EXPECT_EQ(there.ok, lost) << there.message;
     if (!lost) continue;
     EXPECT_LT((there.state.P - now.p_w_b).norm(), 0.5);
     EXPECT_LT(logSO3(there.state.R.transpose() * now.R_w_b).norm(), 0.01);
     EXPECT_GT(there.position_sigma, 5.0);
-    const HostResult answer = adapter->recover(stampsOf(exact, kImages - 1), {last});
+    const HostResult answer = adapter_->recover(stamps(kImages - 1), {last});
     ASSERT_TRUE(answer.success()) << answer.message;
     EXPECT_LT((answer.window.states.back().P - now.p_w_b).norm(), 0.5);
-    adapter->learn(toHostState(now, 0.0));
-    EXPECT_FALSE(adapter->propagate(last, exact.keyframes.back().t).ok) << "there is a newer one";
+    adapter_->learn(toHostState(now, 0.0));
+    EXPECT_FALSE(adapter_->propagate(last, exact_.keyframes.back().t).ok) << "there is a newer one";
   }
 }
 
 // Samples that are missing for seconds have one error, not one for each step.
 TEST_F(HostAdapterTest, ALostStateHasTheWholeErrorOfAGap) {
-  ExactWindow exact = makeExactWindow(atTenHertz(130));
-  const double begin = exact.truth[4].t;
-  std::vector<ImuSample>& imu = exact.imu;
+  exact_ = makeExactWindow(atTenHertz(130));
+  const double begin = exact_.truth[4].t;
+  std::vector<ImuSample>& imu = exact_.imu;
   imu.erase(std::remove_if(imu.begin(), imu.end(),
                            [begin](const ImuSample& one) {
                              return one.t > begin + 1.5 && one.t < begin + 4.0;
                            }),
             imu.end());
-  const HostState last = toHostState(exact.truth[4], 0.0);
+  const HostState last = toHostState(exact_.truth[4], 0.0);
   std::map<bool, double> sigma;
   for (const bool lost : {false, true}) {
-    const auto adapter = make(exact.calibration);
-    std::size_t next = 0;
+    make(exact_.calibration);
     const int newest = lost ? 106 : 102;  // the samples of ten seconds are kept
     for (int k = 0; k <= newest; ++k) {
-      vins_adapter::feed(exact, imu, k, k, &next, adapter.get());
-      if (lost && k == 5) adapter->lose(last);
+      feed(k, k);
+      if (lost && k == 5) adapter_->lose(last);
     }
-    const HostPropagation there = adapter->propagate(last, exact.keyframes[newest].t);
+    const HostPropagation there = adapter_->propagate(last, exact_.keyframes[newest].t);
     ASSERT_TRUE(there.ok) << lost << there.message;
     sigma[lost] = there.position_sigma;
   }
@@ -300,17 +269,16 @@ TEST_F(HostAdapterTest, ALostStateHasTheWholeErrorOfAGap) {
 // In hover the host's window reaches further back than ours and the reach of the IMU: there the
 // host gets what it knew.
 TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
-  HostOptions options;
-  options.max_reach_s = 0.3;
-  const auto adapter = make(exact_.calibration, options);
-  feed(*adapter, 0, 34);
+  options_.max_reach_s = 0.3;
+  make(exact_.calibration);
+  feed(0, 34);
   std::vector<double> requested = stamps(34);
   requested[0] = exact_.keyframes[0].t;
   requested[1] = exact_.keyframes[1].t;
   std::vector<HostState> known = {healthy(0), healthy(1), healthy(28)};
   known[1].stamp += 1e-8;  // added to td and back
   known[1].P.z() += 0.01;  // not what the IMU says
-  const HostResult answer = adapter->recover(requested, known);
+  const HostResult answer = adapter_->recover(requested, known);
   ASSERT_TRUE(answer.success()) << answer.message;
   ASSERT_EQ(answer.window.states.size(), requested.size());
   for (std::size_t i = 0; i < requested.size(); ++i) {
@@ -322,7 +290,7 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
   EXPECT_EQ(answer.window.prior.size(), 11u * HostWindow::kPriorColumns);
   // One of them is not known.
   known.erase(known.begin() + 1);
-  const HostResult refused = adapter->recover(requested, known);
+  const HostResult refused = adapter_->recover(requested, known);
   EXPECT_FALSE(refused.success());
   EXPECT_FALSE(refused.pending) << "no later frame would change it";
   expectParts(refused.message, "s before the window (limit 0.3 s)");
@@ -331,33 +299,31 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
 // A spike in the first sample that is not before the newest frame: it arrives and is not used, so
 // that no solution reaches the frame. The next frame has the samples.
 TEST_F(HostAdapterTest, RecoveryIsPendingWhileTheNewestSampleIsHeldBack) {
-  const auto adapter = make();
-  feed(*adapter, 0, 29);
+  feed(0, 29);
   for (; exact_.imu[next_].t < exact_.keyframes[30].t; ++next_) {
-    adapter->addImu(exact_.imu[next_].t, exact_.imu[next_].accel, exact_.imu[next_].gyro);
+    adapter_->addImu(exact_.imu[next_].t, exact_.imu[next_].accel, exact_.imu[next_].gyro);
   }
   const ImuSample& hit = exact_.imu[next_++];
-  adapter->addImu(hit.t, hit.accel + Eigen::Vector3d(380.0, -190.0, 270.0), hit.gyro);
-  adapter->addFrame(exact_.keyframes[30]);
+  adapter_->addImu(hit.t, hit.accel + Eigen::Vector3d(380.0, -190.0, 270.0), hit.gyro);
+  adapter_->addFrame(exact_.keyframes[30]);
   const std::vector<HostState> known = {healthy(24)};
-  const HostResult held = adapter->recover(stamps(30), known);
+  const HostResult held = adapter_->recover(stamps(30), known);
   EXPECT_FALSE(held.success());
   EXPECT_TRUE(held.pending) << held.message;
-  EXPECT_TRUE(adapter->bridge(stamps(30), {healthy(20), healthy(24)}).success());
-  feed(*adapter, 31, 31);
-  const HostResult next = adapter->recover(stamps(31), known);
+  EXPECT_TRUE(adapter_->bridge(stamps(30), {healthy(20), healthy(24)}).success());
+  feed(31, 31);
+  const HostResult next = adapter_->recover(stamps(31), known);
   EXPECT_TRUE(next.success()) << next.message;
   EXPECT_FALSE(next.pending);
 }
 
 TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
-  const auto adapter = make();
-  feed(*adapter, 0, 3);
-  EXPECT_EQ(adapter->recover(stamps(3, 4), {healthy(2)}).result.status,
+  feed(0, 3);
+  EXPECT_EQ(adapter_->recover(stamps(3, 4), {healthy(2)}).result.status,
             InitStatus::kTooFewKeyframes);
   HostState bad = healthy(2);
   bad.P.x() = kNotComputed;
-  EXPECT_EQ(adapter->recover(stamps(3, 4), {bad}).result.status, InitStatus::kInvalidInput);
+  EXPECT_EQ(adapter_->recover(stamps(3, 4), {bad}).result.status, InitStatus::kInvalidInput);
   std::string error;
   const auto off = HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
                                        HostOptions(), &error);
@@ -365,37 +331,35 @@ TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
 }
 
 TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
-  const auto adapter = make();
-  feed(*adapter, 0, 30);
+  feed(0, 30);
   const ImuSample late = exact_.imu[10];
   // A little late: one message out of order.
-  EXPECT_EQ(adapter->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
+  EXPECT_EQ(adapter_->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
             AddStatus::kOutOfOrder);
-  EXPECT_EQ(adapter->counts().imu[AddStatus::kOutOfOrder], 1);
-  EXPECT_EQ(adapter->counts().restarts(), 0);
+  EXPECT_EQ(adapter_->counts().imu[AddStatus::kOutOfOrder], 1);
+  EXPECT_EQ(adapter_->counts().restarts(), 0);
   // A bag played again: its first sample may be a stray one, the second confirms it.
-  EXPECT_EQ(adapter->addImu(late.t, late.accel, late.gyro), AddStatus::kStray);
-  EXPECT_TRUE(adapter->seed(stamps(30)).success());
+  EXPECT_EQ(adapter_->addImu(late.t, late.accel, late.gyro), AddStatus::kStray);
+  EXPECT_TRUE(adapter_->seed(stamps(30)).success());
   const ImuSample next = exact_.imu[11];
-  EXPECT_EQ(adapter->addImu(next.t, next.accel, next.gyro), AddStatus::kRestarted);
-  EXPECT_EQ(adapter->counts().restarts(), 1);
-  EXPECT_EQ(adapter->seed(stamps(30)).result.status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(adapter_->addImu(next.t, next.accel, next.gyro), AddStatus::kRestarted);
+  EXPECT_EQ(adapter_->counts().restarts(), 1);
+  EXPECT_EQ(adapter_->seed(stamps(30)).result.status, InitStatus::kTooFewKeyframes);
   next_ = 12;
-  feed(*adapter, 1, 31);
-  const HostResult answer = adapter->seed(stamps(31));
+  feed(1, 31);
+  const HostResult answer = adapter_->seed(stamps(31));
   EXPECT_TRUE(answer.success()) << answer.message;
   EXPECT_NEAR(answer.data_s, 3.0, 1e-6) << "since the restart";
 }
 
 TEST_F(HostAdapterTest, BadStampsAndArguments) {
-  const auto adapter = make();
-  feed(*adapter, 0, 30);
-  EXPECT_EQ(adapter->seed({}).message, "the host's window is empty");
+  feed(0, 30);
+  EXPECT_EQ(adapter_->seed({}).message, "the host's window is empty");
   std::vector<double> requested = stamps(30);
   requested[3] = kNotComputed;
-  EXPECT_EQ(adapter->seed(requested).message, "stamp 3 of the host's window is not finite");
+  EXPECT_EQ(adapter_->seed(requested).message, "stamp 3 of the host's window is not finite");
   requested[3] = requested[2];
-  EXPECT_EQ(adapter->seed(requested).message,
+  EXPECT_EQ(adapter_->seed(requested).message,
             "stamp 3 of the host's window is 0 s after the one before, must be after it");
   std::string error;
   EXPECT_EQ(HostAdapter::create(nullptr, HostOptions(), &error), nullptr);
@@ -414,32 +378,6 @@ TEST_F(HostAdapterTest, BadStampsAndArguments) {
     EXPECT_EQ(HostAdapter::create(std::move(initializer), options, &error), nullptr);
     EXPECT_EQ(error, message);
   }
-  HostMode mode = HostMode::kStock;
-  EXPECT_TRUE(parseHostMode("shadow", &mode));
-  EXPECT_EQ(mode, HostMode::kShadow);
-  EXPECT_FALSE(parseHostMode("Slim", &mode));
-}
-
-TEST_F(HostAdapterTest, LinesFromAnotherThread) {
-  const auto adapter = make();
-  std::atomic<int> fed{0};
-  std::thread lines([&] {
-    for (int k = 0; k <= 30; ++k) {
-      while (fed < k) std::this_thread::yield();
-      adapter->addLines(exact_.keyframes[k].t, exact_.keyframes[k].lines);
-    }
-  });
-  std::vector<FrameObservation> bare = exact_.keyframes;
-  feedImu(*adapter);
-  for (int k = 0; k <= 30; ++k) {
-    bare[k].lines.clear();
-    adapter->addFrame(bare[k]);
-    fed = k + 1;
-    if (k >= 20) adapter->seed(stamps(k));
-  }
-  lines.join();
-  EXPECT_EQ(adapter->counts().lines[AddStatus::kAdded], 31);
-  EXPECT_TRUE(adapter->seed(stamps(30)).success());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "geometry/so3.h"
 #include "slim_init/vins_adapter/host_members.h"
+#include "vins_adapter/stand_in/host_parts.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -69,27 +70,10 @@ TEST(HostDepth, PointsWithoutParallaxAreFarAndOneViewHasNone) {
   EXPECT_NEAR(depthFromAllViews(diverging), kFarDepth, 1e-9);
 }
 
-// The members as these hosts have them.
-struct TinyFeature {
-  struct PerFrame {
-    Eigen::Vector3d point;
-  };
-  int start_frame = 0;
-  std::vector<PerFrame> feature_per_frame;
-  double estimated_depth = 5.0;
-};
-struct TinyHost {
-  struct {
-    std::vector<TinyFeature> feature;
-  } f_manager;
-  Eigen::Vector3d Ps[11], tic[1];
-  Eigen::Matrix3d Rs[11], ric[1];
-};
-
 TEST(HostDepth, FeaturesBeginAtTheirFrameAndTheExtrinsicCounts) {
   const Eigen::Vector3d point(0.3, -0.2, 6.0);
   const std::vector<DepthView> views = viewsOf(point, 11, 0.05, 0.0);
-  TinyHost host;
+  EstimatorParts<double, 1> host;
   host.ric[0] = expSO3(Eigen::Vector3d(1.2, -0.4, 0.8));
   host.tic[0] = Eigen::Vector3d(0.1, 0.05, -0.2);
   for (int i = 0; i < 11; ++i) {
@@ -97,13 +81,13 @@ TEST(HostDepth, FeaturesBeginAtTheirFrameAndTheExtrinsicCounts) {
     host.Ps[i] = views[i].t - host.Rs[i] * host.tic[0];
   }
   host.f_manager.feature.resize(2);
-  TinyFeature& late = host.f_manager.feature[0];
+  Feature &late = host.f_manager.feature.front(), &once = host.f_manager.feature.back();
   late.start_frame = 4;
   for (int i = 4; i < 9; ++i) late.feature_per_frame.push_back({views[i].ray});
-  host.f_manager.feature[1].feature_per_frame.push_back({views[0].ray});
+  once.feature_per_frame.push_back({views[0].ray});
   fillDepths(host);
   EXPECT_NEAR(late.estimated_depth, (views[4].R.transpose() * (point - views[4].t)).z(), 1e-5);
-  EXPECT_EQ(host.f_manager.feature[1].estimated_depth, -1.0);
+  EXPECT_EQ(once.estimated_depth, -1.0);
 }
 
 }  // namespace

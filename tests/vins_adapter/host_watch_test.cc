@@ -24,22 +24,14 @@ namespace {
 
 using namespace host_health;  // NOLINT: the vocabulary of these tests
 
-class AdapterInFlight : public ::testing::Test {
+class AdapterInFlight : public FedAdapter {
  protected:
+  AdapterInFlight() { exact_ = flightOf(Motion::kExcited, 0.0); }
   void fly(const std::vector<ImuSample>& imu, int frames = kFrames) {
-    HostOptions options;
-    options.reinit = options.watchdog = true;
-    options.estimate_extrinsic = estimates_extrinsic_;
-    options.max_wait_ms = -1.0;
-    adapter_ = adapterOf(makeInitializer(exact_.calibration, InitializerOptions()), options);
-    next_ = 0;
-    feed(exact_, imu, 0, frames - 1, &next_, adapter_.get());
-  }
-  std::vector<HostState> window(int newest) const {
-    return statesOf(exact_, newest - kHostFrames + 1, newest);
-  }
-  HostHealth watch(const std::vector<HostState>& states) {
-    return adapter_->watch(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    exact_.imu = imu;
+    options_.watchdog = true;
+    make(makeInitializer(exact_.calibration, InitializerOptions()));
+    feed(0, frames - 1);
   }
   HostPreparation prepare(const std::vector<HostState>& states) {
     return adapter_->prepare(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
@@ -56,10 +48,6 @@ class AdapterInFlight : public ::testing::Test {
     }
     return result;
   }
-  ExactWindow exact_ = flight();
-  bool estimates_extrinsic_ = false;
-  std::unique_ptr<HostAdapter> adapter_;
-  std::size_t next_ = 0;
 };
 
 // At rest a host keeps old keyframes; some hosts do not tell of the images that they receive.
@@ -84,19 +72,19 @@ TEST_F(AdapterInFlight, WhatTheWindowKeepsAtRestJudgesTheImuData) {
     sample.gyro = rest.gyro_bias + Eigen::Vector3d::Constant(1e-4 * (i % 5));
     exact_.imu.push_back(sample);
   }
+  const std::vector<ImuSample> clean = exact_.imu;
   enum { kTells, kTellsNothing, kIsWatched };
   for (const int host : {kTells, kTellsNothing, kIsWatched}) {
     for (const bool damaged : {true, false}) {
       const double begin = damaged ? rest.t - 0.095 : rest.t;
-      const auto imu = disturbed(exact_.imu, begin, rest.t - 0.005, {40.0, 0.0, 0.0});
-      fly(imu, kHostFrames);
+      fly(disturbed(clean, begin, rest.t - 0.005, {40.0, 0.0, 0.0}), kHostFrames);
       HostPreparation prepared;
       for (int k = kHostFrames; k < kFrames + kRest; ++k) {
         if (host == kTells) adapter_->received(exact_.keyframes[k].t);
         // One wrong stamp, and a td that changes, do not matter.
         if (host == kTells && k == 20) adapter_->received(1000.0);
         if (k == kFrames) adapter_->setTd(1e-3);
-        feed(exact_, imu, k, k, &next_, adapter_.get());
+        feed(k, k);
         std::vector<HostState> states = window(std::min(k, kFrames));
         states[kHostFrames - 2] = toHostState(exact_.truth[k - 1], 0.0);
         states[kHostFrames - 1] = toHostState(exact_.truth[k], 0.0);
@@ -139,11 +127,11 @@ TEST_F(AdapterInFlight, TurningAboutOneAxisAHostIsConfirmed) {
   exact_.calibration.R_b_c.setIdentity();
   exact_.calibration.sigmas.rotation_deg = 180.0;
   exact_.calibration.sigmas.translation_m = 0.05;
-  estimates_extrinsic_ = true;
+  options_.estimate_extrinsic = true;
   fly(exact_.imu, 30);
   int confirmed = 0;
   for (int k = 30; k < options.keyframes; ++k) {
-    feed(exact_, exact_.imu, k, k, &next_, adapter_.get());
+    feed(k, k);
     const HostHealth health = adapter_->watch(window(k), right.R_b_c, right.t_b_c, true);
     EXPECT_TRUE(health.healthy) << health.reason;
     EXPECT_FALSE(health.calibration) << "it was given, not found";
@@ -164,7 +152,7 @@ TEST_F(AdapterInFlight, ARollingShutterIsNoMotionOfTheScene) {
     fly(exact_.imu, kHostFrames);
     std::size_t moving = 0;
     for (int k = kHostFrames; k < kFrames; ++k) {
-      feed(exact_, exact_.imu, k, k, &next_, adapter_.get());
+      feed(k, k);
       const HostPreparation frame = prepare(window(k));
       EXPECT_EQ(frame.message, "") << k;
       moving += frame.moving.size();
@@ -221,7 +209,7 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
   states.push_back(window(after).back());
   for (const bool images : {false, true}) {
     fly(imu, before + 1);
-    feed(exact_, imu, after, after, &next_, adapter_.get());
+    feed(after, after);
     for (int k = 0; images && k <= after; ++k) adapter_->received(exact_.keyframes[k].t);
     adapter_->received(kNotComputed);
     const HostPreparation frame = prepare(states);
@@ -297,20 +285,6 @@ TEST_F(AdapterInFlight, HalfOfTheTracksMayMoveWithoutADoubt) {
     EXPECT_EQ(frame.position_sigma > first.position_sigma, part == 9)
         << "the IMU alone is worth less and less";
   }
-}
-
-TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
-  fly(exact_.imu);
-  HostState from = window(20).back();
-  const HostPropagation near = adapter_->propagate(from, exact_.keyframes[25].t);
-  const HostPropagation far = adapter_->propagate(from, exact_.keyframes[38].t);
-  ASSERT_TRUE(near.ok && far.ok) << near.message << far.message;
-  EXPECT_LT((far.state.P - exact_.truth[38].p_w_b).norm(), 0.02);
-  EXPECT_GT(far.position_sigma, near.position_sigma);
-  EXPECT_LT(far.position_sigma, 1.0);
-  expectParts(far.message, "standard deviation");
-  from.stamp = -100.0;
-  EXPECT_FALSE(adapter_->propagate(from, exact_.keyframes[25].t).ok);
 }
 
 }  // namespace

@@ -16,73 +16,19 @@
 #include "evaluation/scratch_folder.h"
 #include "geometry/so3.h"
 #include "node.h"
-#include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "support/exact_window.h"
 #include "support/text_parts.h"
 #include "vins_adapter/host_streams.h"
+#include "vins_adapter/oracle.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
 const int kNewest = WINDOW_SIZE;
 const char kNoLines[] = "warn: slim_init: no line features received";
-
-/// `slim` with the right calibration behind a host with a wrong one: what it has found is the right
-/// one.
-class Finder : public IInitializer {
- public:
-  Finder(const Calibration& right, const Calibration& wrong) : right_(right), host_(wrong) {
-    inner_ = makeInitializer(right, InitializerOptions());
-    found_.R_b_c = right.R_b_c;
-    found_.t_b_c = right.t_b_c;
-    found_.td = right.td;
-    const double rotation = 0.2 / 57.3, translation = 0.02, td = 0.001;
-    found_.covariance.diagonal() << Eigen::Vector3d::Constant(rotation * rotation),
-        Eigen::Vector3d::Constant(translation * translation), td * td, 0.0;
-  }
-  AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
-  AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
-  AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
-    return inner_->addLines(stamp, std::move(lines));
-  }
-  void setTd(double td) override { host_.td = td; }
-  void reset() override { inner_->reset(); }
-  InitResult initialize(const Priors& priors) override {
-    known = priors.sensors;
-    InitResult result;
-    if (!priors.healthy.empty() && refuses) {
-      while (waits) std::this_thread::yield();
-      result.message = "refused";
-      return result;
-    }
-    result = inner_->initialize({ignores ? std::vector<StatePrior>() : priors.healthy, known});
-    if (!result.success()) return result;
-    result.calibration = found_;
-    result.warnings = {"the right calibration was found"};
-    return result;
-  }
-  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
-                std::vector<NavState>* states, std::string* error) const override {
-    return inner_->statesAt(result, times, max_reach_s, states, error);
-  }
-  InitializerInfo info() const override {
-    InitializerInfo info = inner_->info();
-    info.calibration = host_;
-    return info;
-  }
-
-  KnownSensors known;
-  std::atomic<bool> refuses{false}, waits{false};  // solves of a recovery
-  bool ignores = false;                            // healthy states
-
- private:
-  Calibration right_, host_;
-  CalibrationEstimate found_;
-  std::unique_ptr<IInitializer> inner_;
-};
 
 template <typename Header>
 void setStamp(double t, Header* header) {
@@ -270,6 +216,16 @@ class StandInRun : public ::testing::Test {
     return lines;
   }
 
+  static CalibrationEstimate foundAs(const Calibration& right) {
+    CalibrationEstimate found;
+    found.R_b_c = right.R_b_c;
+    found.t_b_c = right.t_b_c;
+    found.td = right.td;
+    const double rotation = 0.2 / 57.3, translation = 0.02, td = 0.001;
+    found.covariance.diagonal() << Eigen::Vector3d::Constant(rotation * rotation),
+        Eigen::Vector3d::Constant(translation * translation), td * td, 0.0;
+    return found;
+  }
   // A host with another calibration than the right one, which is found; the switches are those of
   // its file and of its globals. The stamps are `td` early. Returns the frame of the start.
   int startWithFinder(double td, double turn, bool estimate_td, int estimate_extrinsic,
@@ -292,8 +248,18 @@ class StandInRun : public ::testing::Test {
     options.estimate_td = estimate_td;
     options.estimate_extrinsic = estimate_extrinsic != 0;
     options.max_wait_ms = max_wait_ms_;
-    auto finder = std::make_unique<Finder>(right, wrong);
+    auto finder = std::make_unique<Oracle>(exact_);
     finder_ = finder.get();
+    finder->calibration = wrong;
+    finder->then = [right](const Priors& priors, InitResult* result) {
+      if (!priors.healthy.empty() && refuses_) {
+        while (waits_) std::this_thread::yield();
+        *result = InitResult();
+        return;
+      }
+      result->calibration = foundAs(right);
+      result->warnings = {"the right calibration was found"};
+    };
     RIC[0] = wrong.R_b_c;
     TIC[0] = wrong.t_b_c;
     host_.setParameter();
@@ -307,7 +273,8 @@ class StandInRun : public ::testing::Test {
   Estimator& host_ = hostEstimator();
   Eigen::Matrix3d wrong_;
   double max_wait_ms_ = -1.0;
-  Finder* finder_ = nullptr;
+  static inline std::atomic<bool> refuses_{false}, waits_{false};  // solves of a recovery
+  Oracle* finder_ = nullptr;
   std::size_t next_ = 0;
   int newest_ = 0;
 };
@@ -482,11 +449,11 @@ TEST_F(StandInRun, AStartAfterAResetKnowsTheSensors) {
     host_.slim_init_glue.optimized(
         host_, [] { return false; }, [] {});
   }
-  EXPECT_FALSE(std::isfinite(finder_->known.biases.accel_sigma));
+  EXPECT_FALSE(std::isfinite(finder_->known_sensors.biases.accel_sigma));
   host_.clearState();
   host_.setParameter();
   for (int k = newest + 1; k <= newest + 1 + kNewest; ++k) frame(k);
-  EXPECT_EQ(finder_->known.biases.accel, Eigen::Vector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(finder_->known_sensors.biases.accel, Eigen::Vector3d(0.1, -0.2, 0.3));
 }
 
 #ifndef STAND_IN_GVINS  // keeps no yaw
@@ -942,7 +909,7 @@ TEST_F(StandInRun, AStartWithoutARecoveryContinuesTheFrame) {
     track(k);
     frame(k);
   }
-  finder_->ignores = true;
+  finder_->recovers = false;
   restart(samplesUntil(k + 2));
   EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
   k = frameUntilStarted(k + 3, 59);
@@ -966,12 +933,12 @@ TEST_F(StandInRun, ARequestOutlastsASolveThatRuns) {
     frame(k);
   }
   const int resets = host_.resets;
-  finder_->refuses = finder_->waits = true;
+  refuses_ = waits_ = true;
   EXPECT_EQ(fail(), resets);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent"), 1) << logText();
   request(true);
   EXPECT_EQ(fail(), resets) << logText();
-  finder_->waits = false;
+  waits_ = false;
   EXPECT_EQ(fail(), resets + 1) << logText();
 }
 

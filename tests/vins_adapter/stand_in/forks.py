@@ -185,8 +185,7 @@ extern int lidar_reset_id;
     Headers[frame_count] = header;
     (void)image;
     all_image_frame[header.stamp.toSec()].reset_id = static_cast<int>(lidar_initialization_info[0]);
-"""),
-                ("        TicToc t_solve;\n", ""), ("        (void)t_solve;\n", "")],
+""")],
             "src/visual_odometry/visual_estimator/estimator_node.cpp": [
                 ("m_buf, m_estimator;\n", "m_buf, m_estimator;\nint lidar_reset_id = -1;\n"
                  "const std::string PROJECT_NAME = \"lvi_sam\";\n"),

@@ -32,8 +32,6 @@ extern std::vector<Vector3d> TIC;
 typedef Eigen::Matrix<double, STAND_IN_FEATURE_SIZE, 1> FeatureVector;
 typedef std::map<int, std::vector<std::pair<int, FeatureVector>>> ImageFeatures;
 
-struct TicToc {};
-
 /// Counts its deletions: a prior must not stay, nor be deleted twice.
 struct MarginalizationInfo {
   static int& deleted() {
@@ -87,7 +85,6 @@ struct FeatureManager {
   STAND_IN_MANAGER_EXTRA
 #endif
   void setRic(Matrix3d new_ric[]) { ric = new_ric[0]; }
-  void removeFailures() {}
   void triangulate(int, Vector3d[], Matrix3d[], Vector3d[], Matrix3d[]) { ++triangulations; }
 };
 
@@ -184,7 +181,6 @@ class EstimatorParts : public Offset {
   int frame_count;
   FeatureManager f_manager;
   bool failure_occur;
-  std::vector<Vector3d> key_poses;
   double initial_timestamp;
   double para_Pose[WINDOW_SIZE + 1][7];  // position, then quaternion x, y, z, w
   MarginalizationInfo* last_marginalization_info = nullptr;

@@ -18,7 +18,7 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
 {
     for (const sensor_msgs::ImuConstPtr &msg : imu)
     {
-        const sensor_msgs::Vector3 &a = msg->linear_acceleration, &w = msg->angular_velocity;
+        const geometry_msgs::Vector3 &a = msg->linear_acceleration, &w = msg->angular_velocity;
         estimator.processIMU(msg->header.stamp.toSec(), 0.0, Vector3d(a.x, a.y, a.z), Vector3d(w.x, w.y, w.z));
     }
     estimator.processImage(image, stamp);
@@ -32,7 +32,7 @@ void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
 {
     for (const sensor_msgs::ImuConstPtr &msg : waiting)
     {
-        const sensor_msgs::Vector3 &a = msg->linear_acceleration, &w = msg->angular_velocity;
+        const geometry_msgs::Vector3 &a = msg->linear_acceleration, &w = msg->angular_velocity;
         estimator.accBuf.push({msg->header.stamp.toSec(), Vector3d(a.x, a.y, a.z)});
         estimator.gyrBuf.push({msg->header.stamp.toSec(), Vector3d(w.x, w.y, w.z)});
     }

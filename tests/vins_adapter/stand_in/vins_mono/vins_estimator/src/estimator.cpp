@@ -55,9 +55,7 @@ void Estimator::processImage(const ImageFeatures &image, const std_msgs::Header 
     }
     else
     {
-        TicToc t_solve;
         solveOdometry();
-        (void)t_solve;
 
         if (failureDetection())
         {
@@ -67,7 +65,6 @@ void Estimator::processImage(const ImageFeatures &image, const std_msgs::Header 
             return;
         }
         slideWindow();
-        key_poses.clear();
         last_R = Rs[WINDOW_SIZE];
         last_P = Ps[WINDOW_SIZE];
     }

@@ -18,10 +18,6 @@ void Estimator::clearState()
     mProcess.unlock();
 }
 
-void Estimator::updateLatestStates()
-{
-}
-
 void Estimator::processIMU(double t, double dt, const Vector3d &linear_acceleration, const Vector3d &angular_velocity)
 {
     ros::ignore(t, dt, linear_acceleration, angular_velocity);
@@ -64,9 +60,7 @@ void Estimator::processImage(const ImageFeatures &image, const double header)
     }
     else
     {
-        TicToc t_solve;
         optimization();
-        (void)t_solve;
 
         if (failureDetection())
         {
@@ -76,7 +70,6 @@ void Estimator::processImage(const ImageFeatures &image, const double header)
             return;
         }
         slideWindow();
-        key_poses.clear();
         last_R = Rs[WINDOW_SIZE];
         last_P = Ps[WINDOW_SIZE];
     }

@@ -15,7 +15,6 @@ class Estimator : public EstimatorParts<double, 2> {
   void processIMU(double t, double dt, const Vector3d& linear_acceleration,
                   const Vector3d& angular_velocity);
   void processImage(const ImageFeatures& image, const double header);
-  void updateLatestStates();
   void clearState();
   void double2vector();
 
