@@ -35,23 +35,22 @@ std::string CalibrationSigmas::validate() const { return RangeCheck::of(*this).m
 
 std::string ImuBiases::validate() const {
   // [rad/s], [m/s^2]: the ranges of the priors in InertialOptions, which take their place.
-  RangeCheck check;
-  check.within("norm of gyro", gyro.norm(), 0.0, 10.0)
-      .within("norm of accel", accel.norm(), 0.0, 10.0);
-  return check.within("gyro_sigma", gyro_sigma, 1e-6, HUGE_VAL)
+  return RangeCheck()
+      .within("norm of gyro", gyro.norm(), 0.0, 10.0)
+      .within("norm of accel", accel.norm(), 0.0, 10.0)
+      .within("gyro_sigma", gyro_sigma, 1e-6, HUGE_VAL)
       .within("accel_sigma", accel_sigma, 1e-6, HUGE_VAL)
       .message();
 }
 
 std::string SpeedSensor::validate() const {
-  RangeCheck check;
-  check
+  return RangeCheck()
       .within("distance of R_b_s from a rotation", distanceFromRotation(R_b_s), 0.0,
               kRotationTolerance)
       .within("norm of t_b_s", t_b_s.norm(), 0.0, 20.0)
       .within("scale_sigma", scale_sigma, 1e-4, 0.5)
-      .within("lateral_sigma", lateral_sigma, 0.0, 10.0);
-  return check.message();
+      .within("lateral_sigma", lateral_sigma, 0.0, 10.0)
+      .message();
 }
 
 SpeedSample SpeedSample::forward(double t, double speed, double sigma) {
@@ -66,8 +65,8 @@ SpeedSample SpeedSample::forward(double t, double speed, double sigma) {
 
 std::string Calibration::validate() const {
   Calibration copy = *this;
-  RangeCheck check;
-  check.nested("imu_noise", imu_noise.validate())
+  return RangeCheck()
+      .nested("imu_noise", imu_noise.validate())
       .nested("sigmas", sigmas.validate())
       .nested("imu_biases", imu_biases.validate())
       .within("gravity_magnitude", gravity_magnitude, 9.7, 9.9)
@@ -75,12 +74,11 @@ std::string Calibration::validate() const {
       .within(optionTable(&copy))
       .within("td", td, -1.0, 1.0)
       .within("readout_s", readout_s, 0.0, 0.2)
-      .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0);
-  check
+      .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0)
       .within("distance of R_b_c from a rotation", distanceFromRotation(R_b_c), 0.0,
               kRotationTolerance)
-      .nested("speed_sensor", speed_sensor.validate());
-  return check.message();
+      .nested("speed_sensor", speed_sensor.validate())
+      .message();
 }
 
 bool NavState::isFinite() const {
