@@ -11,6 +11,9 @@
 #include "methods.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/options.h"
+#if __has_include(<valgrind/callgrind.h>)
+#include <valgrind/callgrind.h>
+#endif
 
 namespace slim_init::tools {
 namespace {
@@ -32,8 +35,14 @@ Windows windowsOf(BenchWindows what, const std::vector<std::string>& recorded) {
 // A name of its own, so that an instrumenting tool can restrict itself to it.
 __attribute__((noinline)) std::size_t countedSolves(const WindowSolver& solver,
                                                     const Windows& windows) {
+#ifdef CALLGRIND_START_INSTRUMENTATION
+  CALLGRIND_START_INSTRUMENTATION;
+#endif
   std::size_t answered = 0;
   for (const auto& window : windows) answered += solver.solve(*window).hasEstimate() ? 1 : 0;
+#ifdef CALLGRIND_STOP_INSTRUMENTATION
+  CALLGRIND_STOP_INSTRUMENTATION;
+#endif
   return answered;
 }
 

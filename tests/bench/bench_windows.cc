@@ -7,6 +7,7 @@
 #include "ab_options.h"
 #include "exit_code.h"
 #include "load_sequence.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/keyframe_window.h"
 
@@ -27,6 +28,7 @@ constexpr std::size_t kFramesBetweenWindows = 10;
 
 evaluation::Sequence benchSequence(const BenchWindows& what) {
   AbOptions options;
+  options.config = std::make_shared<const Config>();
   options.recorded = what.recorded;
   if (what.recorded.empty()) options.builtin = what.builtin;
   options.duration_s = what.duration_s;

@@ -545,10 +545,12 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
       damping = 100.0 * std::max(damping, kFirstDamping);
       continue;
     }
+    // The last step is not worth a linearisation: cost and information are those before it. Nothing
+    // corrects after it what damping holds back, along the scale.
+    summary.converged = *decrement < tolerance;
+    if (summary.converged && damping > kSmallestDamping) gaussNewtonStep(kSmallestDamping, &step);
     const WindowState trial_state = retract(*state, step);
     Structure trial_structure = moveStructure(system_, step);
-    // The last step is not worth a linearisation: cost and information are those before it.
-    summary.converged = *decrement < tolerance;
     if (!summary.converged) {
       linearize(trial_state, &trial_structure, &trial_);
       if (!(trial_.cost <= system_.cost * (1.0 + kCostRounding))) {

@@ -93,7 +93,7 @@ bool triangulate(const LineView* views, int count, const WindowState& state,
 namespace {
 
 // Gauss-Newton steps before views are said to disagree: the linear line leans on the view in the
-// middle, which may be a short segment.
+// middle, which may be a short segment; these weigh all views alike.
 constexpr int kGaussNewtonSteps = 2;
 // Their damping, relative to the largest information: holds what the views do not determine.
 constexpr double kLineDamping = 1e-6;
@@ -109,8 +109,6 @@ class Stretch {
     LineParameters line;
     if (!triangulate(&views_[begin], end - begin, motion_, t_b_c_, &line)) return false;
     if (largestError(line, begin, end) <= max_error_rad) return true;
-    // The linear line leans on the view in the middle, which may be a short segment; the next ones
-    // weigh all views alike.
     for (int step = 0; step < kGaussNewtonSteps; ++step) {
       line = improved(line, begin, end);
       if (largestError(line, begin, end) <= max_error_rad) return true;
