@@ -200,6 +200,16 @@ slim_init_install_packages() {
 
   slim_init_say "Packages: missing are ${#missing[@]} of ${#needed[@]} needed and" \
     "${#missing_optional[@]} of ${#optional[@]} optional ones"
+  # What no source has, as ROS on some systems, is not asked for again: that takes root and network.
+  local available=""
+  for package in "${missing_optional[@]}"; do
+    if slim_init_available "${package}"; then available=yes; fi
+  done
+  if [[ ${#missing[@]} -eq 0 && -z "${available}" ]] &&
+    compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null; then
+    SLIM_INIT_MISSING+=("${missing_optional[@]}")
+    return
+  fi
   if [[ ${EUID} -ne 0 ]] && ! command -v sudo >/dev/null; then
     [[ ${#missing[@]} -eq 0 ]] ||
       slim_init_die "installing packages needs root: run as root, install sudo, or install by hand:" \

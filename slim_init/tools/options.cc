@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <utility>
@@ -22,6 +23,8 @@ constexpr std::pair<const char*, OptionKeys> kGroups[] = {
     {"user", OptionKeys::kUser}, {"advanced", OptionKeys::kAdvanced}, {"all", OptionKeys::kAll}};
 
 int update(const std::string& folder) {
+  const std::string own = folder + "/config/template.yaml";
+  if (!std::ifstream(own)) check(own + " cannot be read, its text is kept");
   for (const GeneratedFile& file : generatedFiles(folder)) {
     const std::string path = folder + "/" + file.path;
     check(evaluation::writeFile(path, file.text));

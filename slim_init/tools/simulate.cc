@@ -316,7 +316,13 @@ int runSimulate(SimulateOptions options) {
   if (!options.bag.empty()) {
     std::error_code ignored;
     std::filesystem::create_directories(std::filesystem::path(options.bag).parent_path(), ignored);
-    check(evaluation::checkWritable(options.bag), "--bag: ");
+    for (const std::string& file : {options.bag, evaluation::groundtruthFileOf(options.bag)}) {
+      check(evaluation::checkWritable(file), "--bag: ");
+    }
+    const std::int64_t first = setup.motion.stampNs(setup.motion.imu.front().t);
+    if (first <= 0) {
+      check(text("the first stamp is ", first, " ns, a bag needs positive ones"), "--bag: ");
+    }
   }
 
   const auto start = std::chrono::steady_clock::now();

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <exception>
-#include <fstream>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "host_keys.h"
@@ -266,7 +267,8 @@ bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error) {
 
 bool loadSensorFiles(const std::string& folder, Config* config, std::string* error) {
   const std::string inside = folder + "/mav0";
-  const std::string root = std::ifstream(inside + "/cam0/sensor.yaml") ? inside : folder;
+  std::error_code code;
+  const std::string root = std::filesystem::is_directory(inside + "/cam0", code) ? inside : folder;
   const std::string camera = root + "/cam0/sensor.yaml", imu = root + "/imu0/sensor.yaml";
   std::string file = camera;
   return transact(config, error, &file, [&](Config* result, SectionLog* /*log*/) {

@@ -117,7 +117,7 @@ void updateKeys(const OptionTable& table, const std::string& indent, std::string
         comment(option, indent) + key + quote + written(option) + quote + "\n";
     const std::size_t line = file->find("\n" + key);
     if (line == std::string::npos) {
-      *file += block;
+      *file += file->empty() || file->back() == '\n' ? block : "\n" + block;
       continue;
     }
     std::size_t begin = line + 1, before = file->rfind('\n', line - 1) + 1;

@@ -139,6 +139,7 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive dir
     auto storage = add ? std::make_unique<cv::FileStorage>("%YAML:1.0\n" + text, kText)
                        : std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
     if (!storage->isOpened()) fail("the file cannot be read");
+    if (!storage->root().empty() && !storage->root().isMap()) fail("the file holds no keys");
     return storage;
   } catch (const cv::Exception& exception) {
     // exception.err is the parser's message, exception.func "file(line): what".

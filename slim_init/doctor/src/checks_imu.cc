@@ -152,23 +152,23 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
                      Findings* findings) {
   if (data.imu.empty()) return;
   const auto check = [findings](const char* name, const char* what, double value, double least,
-                                const char* unit) -> Finding& {
+                                const char* unit, const char* why_unknown) -> Finding& {
     const Severity known = value >= least ? Severity::kOk : Severity::kNote;
     const bool unknown = std::isnan(value);
-    return add(
-        findings, {name, unknown ? Severity::kNotChecked : known, value, least, kNotComputed, unit},
-        unknown
-            ? text("The ", what, " is not known: too few images and IMU samples belong together")
-            : text("The ", what, " scatters by ", number(value), ' ', unit));
+    return add(findings,
+               {name, unknown ? Severity::kNotChecked : known, value, least, kNotComputed, unit},
+               unknown ? text("The ", what, " is not known: ", why_unknown)
+                       : text("The ", what, " scatters by ", number(value), ' ', unit));
   };
   const bool turns_in_deg = alignment.gyro_scale > 10.0;
   const double turn = alignment.gyro_rate / (turns_in_deg ? alignment.gyro_scale : 1.0);
   check("turning", "angular rate", kDegPerRad * turn, kDegPerRad * rotation_alignment::kMinRate,
-        "deg/s");
+        "deg/s", "too few images and IMU samples belong together");
   const double least = options.initializer.gates.min_excitation;
   Finding& a = check("acceleration", "specific force in the windows",
                      accelFactor(measuredGravity(data, alignment, options)) * answers.excitation,
-                     least, "m/s^2");
+                     least, "m/s^2", "no window was solved up to its motion, see starts");
+  if (std::isnan(a.value)) return;
   const bool accelerates = a.value >= least;
 
   constexpr double kStandingPxPerS = 3.0;  // flow below which the rig stands still [px/s]

@@ -134,6 +134,7 @@ std::string writeAslFolder(const std::string& directory, const WriterRig& rig,
   if (!fs::is_empty(images, code) || code) {
     return images.string() + " holds files already, must be empty";
   }
+  if (recording.speeds.empty()) fs::remove(root / "speed0" / "data.csv", code);
   std::string problem;
   const auto write = [&](const char* name, const std::string& text) {
     if (problem.empty()) problem = writeFile((root / name).string(), text);
