@@ -11,6 +11,19 @@
 namespace slim_init::backend {
 namespace {
 
+TEST(HeadingAlignment, FindsShiftAndHeading) {
+  const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, 0.7));
+  const Eigen::Vector3d t(1.0, -2.0, 0.5);
+  std::vector<Eigen::Vector3d> source = {{0, 0, 0}, {1, 0, 0.2}, {1, 2, -0.4}, {3, 1, 1}};
+  std::vector<Eigen::Vector3d> target;
+  for (const Eigen::Vector3d& p : source) target.push_back(R * p + t);
+  const evaluation::HeadingAlignment alignment = evaluation::alignHeading(source, target);
+  EXPECT_NEAR(alignment.yaw, 0.7, 1e-12);
+  for (std::size_t k = 0; k < source.size(); ++k) {
+    EXPECT_LT((alignment.apply(source[k]) - target[k]).norm(), 1e-12);
+  }
+}
+
 // Scale and tilt are errors, not gauge: the alignment must not take them out.
 TEST(HeadingAlignment, LeavesScaleAndTilt) {
   const std::vector<Eigen::Vector3d> source = {{-1, 0, 0}, {1, 0, 0}};

@@ -188,12 +188,18 @@ TEST_F(AslFolderTest, ErrorsNameFileLineAndValue) {
        "imu0/data.csv does not exist"},
       {"IMU word", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,x,0,0,9\n"),
        "imu0/data.csv line 2|column 4 (w_z)|'x'"},
+      {"one sample", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,0,0,0,nan\n"),
+       "imu0/data.csv has 1 rows|(minimum 2)"},
       {"image stamp", overwrite("cam0/data.csv", "1.5,a.png\n"),
        "cam0/data.csv line 1|'1.5'|whole number"},
       {"images gone", [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0/data"); },
        "names 0 images that exist|.png does not exist"},
       {"truth columns", overwrite("state_groundtruth_estimate0/data.csv", "1,2,3\n"),
        "state_groundtruth_estimate0/data.csv line 1 has 3 columns|8 or 17"},
+      {"truth quaternion",
+       overwrite("state_groundtruth_estimate0/data.csv",
+                 "1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n3,0,0,0,2,0,0,0\n4,0,0,0,1,0,0,0\n"),
+       "line 3|norm is 2"},
   };
   for (const BadFolder& bad : cases) {
     SCOPED_TRACE(bad.name);

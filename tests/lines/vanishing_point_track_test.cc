@@ -146,6 +146,10 @@ TEST(VanishingPointTrack, OfTwoAxesTheNearerOne) {
         trackVanishingPoints(*windowOfAxes(axes, {0, 1, kMiss, 2}, R_c0_ck), R_c0_ck, {});
     EXPECT_EQ(ids(vps), (std::vector<int>{0, 1, -1, id}));
     EXPECT_EQ(ages(vps), (std::vector<int>{1, 1, 0, 1}));
+    const auto direct = trackVanishingPoints(*windowOfAxes(axes, {0, 1, 2}, R_c0_ck),
+                                             {R_c0_ck.begin(), R_c0_ck.begin() + 3}, {});
+    EXPECT_EQ(ids(direct), (std::vector<int>{0, 1, id}));
+    EXPECT_EQ(ages(direct), (std::vector<int>{1, 1, 1 + id}));
   }
 }
 

@@ -34,33 +34,38 @@ float64 x
 float64 y
 float64 z
 """
-# As far as the script reads them.
-DEFINITIONS = {
-    "sensor_msgs/Imu": HEADER % "geometry_msgs/Vector3 angular_velocity\n"
-    "geometry_msgs/Vector3 linear_acceleration" + VECTOR,
-    "sensor_msgs/Image": HEADER % "uint32 height\nuint32 width\nstring encoding\nuint32 step\n"
-    "uint8[] data",
-    "std_msgs/String": "string data\n",
-    "nav_msgs/Odometry": HEADER % "test_msgs/Pose pose\ntest_msgs/Twist twist" + VECTOR + """\
-================================================================================
-MSG: test_msgs/Quaternion
+QUATERNION = """================================================================================
+MSG: geometry_msgs/Quaternion
 float64 x
 float64 y
 float64 z
 float64 w
-================================================================================
+"""
+# As far as the script reads them; the layout is that of ROS.
+DEFINITIONS = {
+    "sensor_msgs/Imu": HEADER % "geometry_msgs/Quaternion orientation\nfloat64[9] a\n"
+    "geometry_msgs/Vector3 angular_velocity\nfloat64[9] b\n"
+    "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] c" + VECTOR + QUATERNION,
+    "sensor_msgs/Image": HEADER % "uint32 height\nuint32 width\nstring encoding\n"
+    "uint8 is_bigendian\nuint32 step\nuint8[] data",
+    "std_msgs/String": "string data\n",
+    "nav_msgs/Odometry": HEADER % "string child_frame_id\ntest_msgs/Pose pose\ntest_msgs/Twist twist" +
+    VECTOR + QUATERNION + """================================================================================
 MSG: test_msgs/Pose
 test_msgs/PoseOnly pose
+float64[36] covariance
 ================================================================================
 MSG: test_msgs/PoseOnly
 geometry_msgs/Vector3 position
-test_msgs/Quaternion orientation
+geometry_msgs/Quaternion orientation
 ================================================================================
 MSG: test_msgs/Twist
 test_msgs/TwistOnly twist
+float64[36] covariance
 ================================================================================
 MSG: test_msgs/TwistOnly
 geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
 """}
 CLASSES = {name: genpy.dynamic.generate_dynamic(name, text)[name]
            for name, text in DEFINITIONS.items()}

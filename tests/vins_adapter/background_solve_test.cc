@@ -38,7 +38,10 @@ class BackgroundSolve : public FedAdapter {
   BackgroundSolve() {
     exact_ = makeExactWindow(atTenHertz(kFrames));
     options_.watchdog = true;
-    options_.max_wait_ms = 10.0;
+    makeSlow(10.0);
+  }
+  void makeSlow(double max_wait_ms) {
+    options_.max_wait_ms = max_wait_ms;
     auto slow = std::make_unique<Oracle>(exact_);
     slow->then = [](const Priors&, InitResult*) {
       std::this_thread::sleep_for(std::chrono::milliseconds(250));
@@ -166,6 +169,16 @@ TEST_F(BackgroundSolve, ARestartOfTheStreamsForgetsTheSolveThatRuns) {
   ASSERT_EQ(adapter_->counts().restarts(), 1);
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   EXPECT_TRUE(adapter_->seed(stamps(30)).pending);
+}
+
+// Lock step: whatever a solve takes, the call returns its answer.
+TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
+  makeSlow(-1.0);
+  feed(0, 30);
+  const HostResult answer = adapter_->seed(stamps(30));
+  EXPECT_FALSE(answer.pending);
+  EXPECT_TRUE(answer.success()) << answer.message;
+  EXPECT_GE(answer.solve_ms, 100.0);
 }
 
 // Streams, solves of `slim` and the watchdog from three threads, with restarts in between.

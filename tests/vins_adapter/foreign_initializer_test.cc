@@ -88,6 +88,22 @@ TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
   }
 }
 
+TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
+  feed(0, 20);
+  EXPECT_EQ(adapter_->counts().frames.added(), 21);
+  EXPECT_EQ(
+      adapter_->addImu(exact_.imu[next_].t, Eigen::Vector3d(400, 0, 0), Eigen::Vector3d::Zero()),
+      AddStatus::kGlitch);
+  EXPECT_EQ(adapter_->addLines(exact_.keyframes[20].t, exact_.keyframes[20].lines),
+            AddStatus::kNotSupported);
+  adapter_->setTd(0.25);
+  EXPECT_EQ(adapter_->calibration().td, 0.25);
+  next_ = 0;
+  feed(0, 0);
+  EXPECT_EQ(adapter_->counts().restarts(), 1);
+  EXPECT_FALSE(adapter_->seed(stamps(20)).success());
+}
+
 // What was learned in flight is there for starts and recoveries, and not for the watchdog, which is
 // to judge by itself.
 TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
+#include <thread>
 
 #include "geometry/so3.h"
 #include "support/text_parts.h"
@@ -378,6 +380,27 @@ TEST_F(HostAdapterTest, BadStampsAndArguments) {
     EXPECT_EQ(HostAdapter::create(std::move(initializer), options, &error), nullptr);
     EXPECT_EQ(error, message);
   }
+}
+
+TEST_F(HostAdapterTest, LinesFromAnotherThread) {
+  std::atomic<int> fed{0};
+  std::thread lines([&] {
+    for (int k = 0; k <= 30; ++k) {
+      while (fed < k) std::this_thread::yield();
+      adapter_->addLines(exact_.keyframes[k].t, exact_.keyframes[k].lines);
+    }
+  });
+  std::vector<FrameObservation> bare = exact_.keyframes;
+  for (const ImuSample& s : exact_.imu) adapter_->addImu(s.t, s.accel, s.gyro);
+  for (int k = 0; k <= 30; ++k) {
+    bare[k].lines.clear();
+    adapter_->addFrame(bare[k]);
+    fed = k + 1;
+    if (k >= 20) adapter_->seed(stamps(k));
+  }
+  lines.join();
+  EXPECT_EQ(adapter_->counts().lines[AddStatus::kAdded], 31);
+  EXPECT_TRUE(adapter_->seed(stamps(30)).success());
 }
 
 }  // namespace

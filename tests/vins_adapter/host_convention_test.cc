@@ -51,6 +51,31 @@ TEST(HostConvention, FirstStartBeginsAtZeroPositionAndYaw) {
   EXPECT_LT((window.states[0].R - yawPitchRoll(0.0, -0.2, 0.4)).norm(), kTolerance);
 }
 
+// The sign of G is the whole conversion: what the host predicts from its states must be what the
+// accelerometer reads. In the host's terms: specific force = R^T (dV/dt + G).
+TEST(HostConvention, HostPredictsTheSpecificForceOfOurMotion) {
+  const std::vector<NavState> states = makeStates();
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -kG);
+  for (size_t i = 0; i + 1 < states.size(); ++i) {
+    const double dt = states[i + 1].t - states[i].t;
+    const Eigen::Vector3d ours =
+        states[i].R_w_b.transpose() * ((states[i + 1].v_w_b - states[i].v_w_b) / dt - gravity_w);
+    const Eigen::Vector3d theirs = window.states[i].R.transpose() *
+                                   ((window.states[i + 1].V - window.states[i].V) / dt + window.G);
+    EXPECT_LT((ours - theirs).norm(), 1e-9) << i;
+    // And the displacement: R^T (P1 - P0 - V0 dt + G dt^2 / 2) is the host's position increment.
+    const Eigen::Vector3d alpha_ours =
+        states[i].R_w_b.transpose() *
+        (states[i + 1].p_w_b - states[i].p_w_b - states[i].v_w_b * dt - 0.5 * gravity_w * dt * dt);
+    const Eigen::Vector3d alpha_theirs =
+        window.states[i].R.transpose() * (window.states[i + 1].P - window.states[i].P -
+                                          window.states[i].V * dt + 0.5 * window.G * dt * dt);
+    EXPECT_LT((alpha_ours - alpha_theirs).norm(), 1e-9) << i;
+  }
+}
+
 TEST(HostConvention, AMovedWindowKeepsWhatItsPriorKnows) {
   HostWindow window;
   ASSERT_TRUE(toHostWindow(makeStates(), kG, 0.0, HostOrigin::kKeep, &window, nullptr));

@@ -287,5 +287,19 @@ TEST_F(AdapterInFlight, HalfOfTheTracksMayMoveWithoutADoubt) {
   }
 }
 
+TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
+  fly(exact_.imu);
+  HostState from = window(20).back();
+  const HostPropagation near = adapter_->propagate(from, exact_.keyframes[25].t);
+  const HostPropagation far = adapter_->propagate(from, exact_.keyframes[38].t);
+  ASSERT_TRUE(near.ok && far.ok) << near.message << far.message;
+  EXPECT_LT((far.state.P - exact_.truth[38].p_w_b).norm(), 0.02);
+  EXPECT_GT(far.position_sigma, near.position_sigma);
+  EXPECT_LT(far.position_sigma, 1.0);
+  expectParts(far.message, "standard deviation");
+  from.stamp = -100.0;
+  EXPECT_FALSE(adapter_->propagate(from, exact_.keyframes[25].t).ok);
+}
+
 }  // namespace
 }  // namespace slim_init::vins_adapter

@@ -60,6 +60,38 @@ double edgeSigma(const cv::Mat& image) {
   return std::sqrt(std::max(sigma * sigma - kOurs, 0.0));
 }
 
+/// Another sequence, whose images are measured on their way to the tracker: each once, in order,
+/// and those too that the tracker skips because the IMU does not cover them.
+class InspectedSequence : public ImageSequence {
+ public:
+  InspectedSequence(ImageSequence* inner, cv::Size size, std::vector<ImageFacts>* facts)
+      : inner_(inner), size_(size), facts_(facts) {
+    static_cast<RecordedMotion&>(*this) = *inner;
+  }
+
+  cv::Mat image(std::size_t k, std::string* error) override {
+    inspectUntil(k);
+    return inspect(error);
+  }
+  void inspectUntil(std::size_t k) {
+    while (facts_->size() < k) inspect(nullptr);
+  }
+
+ private:
+  cv::Mat inspect(std::string* error) {
+    const std::size_t k = facts_->size();
+    const cv::Mat image = inner_->image(k, error);
+    facts_->push_back(imageFacts(image_times[k], image, before_, size_));
+    before_ = image;
+    return image;
+  }
+
+  ImageSequence* inner_;
+  cv::Size size_;
+  std::vector<ImageFacts>* facts_;
+  cv::Mat before_;
+};
+
 /// Keeps the first images, with the IMU data of their time.
 void keepFirst(std::size_t count, ImageSequence* images) {
   if (count >= images->images()) return;
@@ -104,25 +136,13 @@ DoctorData readDoctorData(ImageSequence* images,
   data.imu = images->imu;
   data.imu_beyond_limit = all_imu - data.imu.size();
   data.images_beyond_limit = all_images - images->images();
-  // Two rounds: the tracker skips images that the IMU does not cover.
-  const int total = static_cast<int>(images->images());
-  cv::Mat before;
-  for (int k = 0; k < total; ++k) {
-    const auto index = static_cast<std::size_t>(k);
-    const cv::Mat image = images->image(index, nullptr);
-    data.images.push_back(imageFacts(images->image_times[index], image, before,
-                                     cv::Size(camera.width, camera.height)));
-    before = image;
-    if (progress) progress(k + 1, 2 * total);
-  }
+  InspectedSequence inspected(images, cv::Size(camera.width, camera.height), &data.images);
   feature_tracker_lines::FrontEndOptions options = front_end;
   options.use_gyro = false;
   TrackingSummary summary;
   // Its message about images that cannot be tracked is ignored: the findings have more detail.
-  const auto second_half = [&](int done, int /*total*/) {
-    if (progress) progress(total + done, 2 * total);
-  };
-  trackImages(images, camera, calibration, options, second_half, &data.frames, &summary);
+  trackImages(&inspected, camera, calibration, options, progress, &data.frames, &summary);
+  inspected.inspectUntil(inspected.images());
   return data;
 }
 

@@ -186,8 +186,8 @@ class VisualInertialProblem {
   void linearize(const WindowState& state, Structure* structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
   /// The damped step, zero along the gauge, and its squared length in standard deviations of the
-  /// state; none where the matrix is not positive definite. Unlike the decrease of the cost that
-  /// length is blind to outliers that still creep along the flat tail of the loss.
+  /// state; none, and no step, where the matrix is not positive definite. Unlike the decrease of
+  /// the cost that length is blind to outliers that still creep along the flat tail of the loss.
   std::optional<double> gaussNewtonStep(double damping, Eigen::VectorXd* step) const;
   /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
   void keepInformation(const Eigen::VectorXd& last_step);

@@ -103,10 +103,10 @@ void moveToWorldOf(const StatePrior& prior, const StateVector& residual, InitRes
 /// Of the newest state; NaN without a covariance.
 NewestSigmas newestSigmas(const InitResult& result);
 
-/// Whether the newest state of `earlier` is the one that `now` has at that instant
-/// (testDifference()). A window of a few images can have two motions that explain the
-/// rotation of the images; more data change the wrong one by many standard deviations. False where
-/// one of them has no covariance or they share no instant.
+/// Whether the newest state of `earlier` is the one that `now` has at that instant, by
+/// testDifference(): lenient, as both share data. A window of a few images can have two motions
+/// that explain the rotation of the images; more data change the wrong one by many standard
+/// deviations. False where one of them has no covariance or they share no instant.
 bool agrees(const InitResult& earlier, const InitResult& now);
 
 }  // namespace slim_init
