@@ -256,6 +256,19 @@ TEST_F(AdapterInFlight, AfterAGapInTheImagesTheTracksDecide) {
   }
 }
 
+// The images of a host at 3 Hz judge its IMU data, and what misses two of them does not.
+TEST_F(AdapterInFlight, ASlowHostIsNotInDoubt) {
+  fly(exact_.imu, 1);
+  std::vector<HostState> states = statesOf(0, 0);
+  for (const int k : {3, 6, 9, 12, 15, 18, 21, 24, 27, 36}) {
+    feed(k, k);
+    states.push_back(toHostState(exact_.truth[k], 0.0));
+    const HostPreparation frame = prepare(states);
+    EXPECT_EQ(frame.position_sigma > 0.0, k == 36) << k << ' ' << frame.message;
+    EXPECT_FALSE(frame.suspect) << k;
+  }
+}
+
 // A tracker loses many points in a dark scene: while most agree with the IMU the host is not in
 // doubt.
 TEST_F(AdapterInFlight, HalfOfTheTracksMayMoveWithoutADoubt) {

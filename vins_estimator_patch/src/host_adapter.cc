@@ -45,9 +45,10 @@ constexpr double kMostlyDamaged = 0.5;  // share of a solved window
 constexpr double kWorstBridge = 2.0;
 // Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
 constexpr double kLongestTracked = 1.0;
-// No image in so long, two frames of a host at 10 Hz: nothing has judged the IMU data that it has
-// used [s].
+// No image in so long [s], and in so many times between two frames of a slower host: nothing has
+// judged the IMU data that it has used.
 constexpr double kLongestUnjudged = 0.25;
+constexpr double kFramesUnjudged = 2.5;
 // What it costs the odometry frame that only one of IMU and images carries the host, as measured in
 // VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
 constexpr double kBridgedPosition = 0.1;
@@ -399,14 +400,23 @@ struct HostAdapter::State {
     return over;
   }
 
+  double longestUnjudged(const std::vector<double>& stamps) const {
+    double shortest = HUGE_VAL;
+    for (std::size_t i = 1; i < stamps.size(); ++i) {
+      shortest = std::min(shortest, stamps[i] - stamps[i - 1]);
+    }
+    return std::max(kLongestUnjudged, kFramesUnjudged * shortest);
+  }
+
   // What a tracker carries over a gap in the images are other points: drops the states before the
   // last gap. True if that is the newest interval. `uncertain` is set if nothing has judged the IMU
   // data of an interval.
   bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
                      bool* uncertain) const {
+    const double unjudged = longestUnjudged(stamps);
     for (std::size_t i = optimized->size(); i-- > 0;) {
       const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
-      *uncertain = *uncertain || gap > kLongestUnjudged;
+      *uncertain = *uncertain || gap > unjudged;
       if (gap <= kLongestTracked) continue;
       optimized->erase(optimized->begin(), optimized->begin() + static_cast<std::ptrdiff_t>(i) + 1);
       return i + 2 == stamps.size();
@@ -970,7 +980,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   if (innovation.accusesImu() || moves) out.message = innovation.message;
   out.intervals = state.intervals(stamps);
   const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
-  if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
+  if (damaged || moves || blind || t_j - t_i > state.longestUnjudged(stamps)) {
     out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
     out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
   }

@@ -26,7 +26,7 @@ constexpr std::size_t kLeastTracks = 8;
 constexpr std::size_t kLeastStates = 3;
 // The noise of the tracks grows by no more than this factor over that of healthy frames.
 constexpr double kMostGrowth = 1.5;
-constexpr double kNoiseMemory = 0.1;  // weight of the newest healthy frame
+constexpr double kNoiseMemory = 1.0;  // [s]
 // Chi-square of two degrees of freedom that one in a thousand exceeds.
 constexpr double kAgrees = 13.8;
 // Of the pose innovation, six degrees of freedom; three in 10^6 exceed it.
@@ -671,7 +671,8 @@ Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain
   const bool of_imu = (damaged_ || result.culprit == Culprit::kNone) && !(t - moved_ < kTrusted);
   error_ = of_imu ? result.error : Vector6d::Zero();
   if (result.culprit == Culprit::kNone) {
-    noise_ = std::isnan(noise_) ? result.noise : noise_ + kNoiseMemory * (result.noise - noise_);
+    const double share = frame.interval() / (kNoiseMemory + frame.interval());
+    noise_ = std::isnan(noise_) ? result.noise : noise_ + share * (result.noise - noise_);
     blind_since_ = kNotComputed;
   }
   moving_.clear();
