@@ -176,6 +176,37 @@ TEST_F(ForeignInitializer, AWindowOverLittleDamageDoesNotSpeakAgainstTheHost) {
   }
 }
 
+// Nor does it see what moves in the images. For ever that is no excuse: the host may have its poses
+// wrong.
+TEST_F(ForeignInitializer, AWindowOverAViewThatMovesDoesNotSpeakAgainstTheHost) {
+  constexpr int kBegin = 20, kEnd = 80;
+  exact_ = makeExactWindow(atTenHertz(kEnd));
+  for (int k = kBegin; k < kEnd; ++k) {
+    const double shift = 8.0 * (k % 10 - 4) / exact_.calibration.focal_px;
+    for (PointObservation& point : exact_.keyframes[k].points) {
+      if (point.id % 10 >= 5) continue;
+      point.bearing = (point.bearing + shift * Eigen::Vector3d(1.0, 0.5, 0.0)).normalized();
+    }
+  }
+  makeOracle();
+  oracle_->then = [](const Priors& /*priors*/, InitResult* result) {
+    for (NavState& state : result->states) {
+      state.R_w_b = expSO3(Eigen::Vector3d(0.15, 0.0, 0.0)) * state.R_w_b;
+    }
+  };
+  feed(0, kHostFrames - 2);
+  for (int k = kHostFrames - 1; k < kEnd; ++k) {
+    feed(k, k);
+    const HostPreparation frame =
+        adapter_->prepare(window(k), exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    EXPECT_EQ(frame.moving.size() > 10, k >= kBegin) << k << ' ' << frame.message;
+    const bool speaks = contains(watch(window(k)).reason, "independent window");
+    // Between the two a part of the oracle's window is from before.
+    if (k >= kBegin + 48 && k <= kBegin + 55) continue;
+    EXPECT_EQ(speaks, k < kBegin || k > kBegin + 48) << k;
+  }
+}
+
 // Rolling shutter: every observation gets its row, whichever way it comes.
 TEST_F(ForeignInitializer, RowsAreSet) {
   FrameObservation frame = exact_.keyframes[0];

@@ -482,11 +482,13 @@ struct HostAdapter::State {
       if (isClose(newest, *independent, scale_sigma)) health->confirmed_stamp = solved->stamp;
       return;
     }
-    // The initializer does not see damage, and a window with a little of it may be wrong with any
-    // certainty. Where most of it is damaged the host may be what is wrong with the IMU data.
+    // The initializer does not see damage, nor what moves in the images until the host has: a
+    // window with a little of it may be wrong with any certainty. Where most of it is damaged the
+    // host may be what is wrong with the IMU data.
     const double first = solved->result.states.front().t;
     const double damaged = damagedTime(screen.damage(), first, newest.t);
-    if (damaged > 0.0 && damaged < kMostlyDamaged * (newest.t - first)) {
+    if ((damaged > 0.0 && damaged < kMostlyDamaged * (newest.t - first)) ||
+        innovations.imagesMoved(first)) {
       contradictions = 0;
       return;
     }

@@ -66,7 +66,8 @@ constexpr double kWeakPosition = 10.0;  // [m]
 constexpr double kOnset = 2.2;
 // Velocities of a healthy host and of two poses differ by no more [m/s].
 constexpr double kSameVelocity = 0.4;
-// For so long the IMU alone may carry a host because all of the image moves [s].
+// For so long the IMU alone may carry a host because all of the image moves, and a part of it may
+// be what is wrong with an independent window [s].
 constexpr double kLongestBlind = 5.0;
 // So long after it the tracks decide: the IMU alone has propagated the poses of the window [s].
 constexpr double kTrusted = 1.0;
@@ -666,7 +667,10 @@ Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain
   Innovation result = judgeFrame(frame, trust);
   damaged_ = result.accusesImu();
   agreed_ = !damaged_ && result.agree_imu >= kNearlyAll;
-  if (result.culprit == Culprit::kImages) moved_ = t;
+  if (result.culprit == Culprit::kImages) {
+    if (!(t - moved_ < kTrusted)) moves_since_ = t;
+    moved_ = t;
+  }
   // What moves in the images goes on as well.
   const bool of_imu = (damaged_ || result.culprit == Culprit::kNone) && !(t - moved_ < kTrusted);
   error_ = of_imu ? result.error : Vector6d::Zero();
@@ -727,6 +731,10 @@ Innovation InnovationMonitor::judgeFrame(const InnovationInput& frame, const Tra
                 (suspicious_ && result.culprit != Culprit::kNotJudged && off > kSameVelocity);
   keep(frame, result);
   return result;
+}
+
+bool InnovationMonitor::imagesMoved(double first) const {
+  return moved_ >= first && moved_ - moves_since_ <= kLongestBlind;
 }
 
 void InnovationMonitor::reset() { *this = InnovationMonitor(); }

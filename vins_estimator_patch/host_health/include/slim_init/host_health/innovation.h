@@ -119,6 +119,9 @@ class InnovationMonitor {
   /// data between the optimized states are known to be damaged, or there were no images to judge
   /// them.
   Innovation judge(const InnovationInput& frame, bool uncertain = false);
+  /// Whether a part of the image has moved in a frame since `first` [s], for no more than 5 s: a
+  /// window from there on may have taken it for the scene.
+  bool imagesMoved(double first) const;
   /// The streams or the host have restarted.
   void reset();
 
@@ -140,7 +143,8 @@ class InnovationMonitor {
   Step before_;
   bool suspicious_ = false, damaged_ = false, agreed_ = false;
   Eigen::Matrix<double, 6, 1> error_ = Eigen::Matrix<double, 6, 1>::Zero();  // Innovation::error
-  double moved_ = kNotComputed;        // a part of the image did, for the last time [s]
+  // A part of the image did, without an interruption of kTrusted, from and to [s].
+  double moves_since_ = kNotComputed, moved_ = kNotComputed;
   double blind_since_ = kNotComputed;  // [s]
   double noise_ = kNotComputed;        // of healthy frames
   std::set<FeatureId> moving_;         // of the newest frame, if that was blind
