@@ -278,12 +278,13 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
          sigmas + roundedText(2, ", scale ", 100.0 * result_.scale_sigma, " %"), &result_);
     return;
   }
-  // Without the velocity nothing vouches for the scale.
+  // Without the velocity nothing vouches for the scale, and a state that is wrong in two parts for
+  // nothing.
   std::string dropped;
   for (const std::string& part : result_.prior_dropped) {
     dropped += (dropped.empty() ? "" : ", ") + part;
   }
-  if (dropped.find(toString(StatePart::kVelocity)) != std::string::npos) {
+  if (result_.prior_dropped.size() > 1 || dropped == toString(StatePart::kVelocity)) {
     fail(InitStatus::kScaleTooUncertain, "the data contradict the last healthy state: " + dropped,
          &result_);
     return;

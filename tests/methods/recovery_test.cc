@@ -254,7 +254,7 @@ struct Wrong {
   Eigen::Matrix<double, 15, 1> error;
 };
 
-constexpr int kWrongStates = 5;
+constexpr int kWrongStates = 6;
 
 // `elsewhere`: a state of the same flight, three seconds later.
 std::vector<Wrong> wrongStates(unsigned seed, const NavState& truth, const NavState& elsewhere) {
@@ -267,14 +267,19 @@ std::vector<Wrong> wrongStates(unsigned seed, const NavState& truth, const NavSt
     error.segment<3>(first) = of_part;
     return error;
   };
-  return {
-      {"velocity by 1 m/s", "velocity", rows(6, direction())},
-      {"gyro bias by 10 sigma", "gyro_bias", rows(9, 10.0 * kGyroBiasSigma * direction())},
-      {"accel bias by 10 sigma", "accel_bias", rows(12, 10.0 * kAccelBiasSigma * direction())},
-      {"gravity by 20 deg", "gravity", rows(0, 20.0 * kDeg * z.cross(direction()).normalized())},
-      {"of another place", "velocity",
-       rows(0, logSO3(truth.R_w_b.transpose() * elsewhere.R_w_b)) +
-           rows(3, elsewhere.p_w_b - truth.p_w_b) + rows(6, elsewhere.v_w_b - truth.v_w_b)}};
+  const Eigen::Matrix<double, 15, 1> velocity = rows(6, direction()),
+                                     gyro_bias = rows(9, 10.0 * kGyroBiasSigma * direction()),
+                                     accel_bias = rows(12, 10.0 * kAccelBiasSigma * direction()),
+                                     gravity =
+                                         rows(0, 20.0 * kDeg * z.cross(direction()).normalized());
+  return {{"velocity by 1 m/s", "velocity", velocity},
+          {"gyro bias by 10 sigma", "gyro_bias", gyro_bias},
+          {"accel bias by 10 sigma", "accel_bias", accel_bias},
+          {"gravity by 20 deg", "gravity", gravity},
+          {"gyro bias and gravity", "gravity", gyro_bias + gravity},
+          {"of another place", "velocity",
+           rows(0, logSO3(truth.R_w_b.transpose() * elsewhere.R_w_b)) +
+               rows(3, elsewhere.p_w_b - truth.p_w_b) + rows(6, elsewhere.v_w_b - truth.v_w_b)}};
 }
 
 TEST(Recovery, WrongPartsAreFoundAndNamed) {
@@ -313,6 +318,8 @@ TEST(Recovery, WrongPartsAreFoundAndNamed) {
     EXPECT_GE(named[i], 0.9 * kWindows) << names[i];
     EXPECT_LE(worse[i], 0.03 * kWindows) << names[i];
   }
+  for (const int two_parts : {4, 5}) EXPECT_EQ(answered[two_parts], 0) << names[two_parts];
+  for (const int one_part : {1, 2, 3}) EXPECT_GE(answered[one_part], 0.9 * kWindows);
 }
 
 TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
