@@ -590,6 +590,28 @@ TEST(InnovationMonitor, YoungTracksOfATextureAreNotDamage) {
   }
 }
 
+// Most of the view is new at once: something has come before the scene, and for a second its tracks
+// do not speak against the IMU, however many they are.
+TEST(InnovationMonitor, AViewThatHasBeenReplacedIsNoEvidence) {
+  constexpr int kBegin = 16;
+  const Eigen::Matrix3d turn = expSO3(Eigen::Vector3d(0.03, 0.02, 0.0));
+  for (const int replaced : {0, 5, 7}) {  // of ten
+    for (const int turned : {kBegin + 6, kBegin + 14}) {
+      Flight flight(flightOf(Motion::kExcited, kNoisePx));
+      for (int k = kBegin; k < kFrames; ++k) {
+        for (PointObservation& point : flight.frames[k].points) {
+          if (point.id % 10 < replaced) point.id += 1000000;
+          if (k == turned) point.bearing = turn * point.bearing;
+        }
+      }
+      const bool is_evidence = replaced < 7 || turned > kBegin + 10;
+      const Innovation result = flight.watch()[turned];
+      EXPECT_EQ(result.culprit, is_evidence ? Culprit::kImu : Culprit::kImages)
+          << replaced << " of ten, frame " << turned << ": " << result.message;
+    }
+  }
+}
+
 // Then it may be the host as well.
 TEST(InnovationMonitor, BlindnessEnds) {
   Flight flight(flightOf(Motion::kExcited, kNoisePx, 1, 90));

@@ -69,8 +69,12 @@ constexpr double kSameVelocity = 0.4;
 // For so long the IMU alone may carry a host because all of the image moves, and a part of it may
 // be what is wrong with an independent window [s].
 constexpr double kLongestBlind = 5.0;
-// So long after it the tracks decide: the IMU alone has propagated the poses of the window [s].
+// So long after it the tracks decide: the IMU alone has propagated the poses of the window [s]. And
+// so long after most of the view has been replaced they do not.
 constexpr double kTrusted = 1.0;
+// Fewer of the tracks of a frame are left in the next one: something has come before the scene. A
+// tracker loses as many as 0.42 of them in a dark hall.
+constexpr double kLeastLeft = 0.4;
 
 // Errors [theta, p] in the world that lead from `from` to `to`.
 Vector6d difference(const NavState& to, const NavState& from) {
@@ -412,8 +416,8 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   const double b = fits.images.fraction;
   const auto old = fits.images.agrees.begin() + static_cast<std::ptrdiff_t>(scene.old);
   const auto of_old = static_cast<std::size_t>(std::count(fits.images.agrees.begin(), old, 1));
-  const bool may_accuse =
-      decide || (of_old >= kLeastOld && 2 * of_old >= scene.old && 2 * fits.images.count >= all);
+  const bool may_accuse = decide || (!trust.replaced && of_old >= kLeastOld &&
+                                     2 * of_old >= scene.old && 2 * fits.images.count >= all);
   if (goes_on && may_accuse && b >= kNearlyAll) return Culprit::kImu;
   // Damage leaves no part of the tracks where the IMU is.
   if (fits.allowed && fits.imu.fraction >= kPart) {
@@ -662,6 +666,8 @@ Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
   trust.agreed = agreed_;
+  if (isReplaced(frame)) replaced_ = t;
+  trust.replaced = t - replaced_ < kTrusted;
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(frame, trust);
@@ -701,6 +707,19 @@ bool InnovationMonitor::blindEnds(const InnovationInput& frame) const {
       std::count_if(newest->points.begin(), newest->points.end(),
                     [this](const PointObservation& point) { return moving_.count(point.id) > 0; });
   return static_cast<double>(still) < kPart * static_cast<double>(moving_.size());
+}
+
+bool InnovationMonitor::isReplaced(const InnovationInput& frame) const {
+  if (frame.optimized.empty()) return false;
+  const FrameObservation* before = frameAt(frame.frames, frame.optimized.back().t);
+  const FrameObservation* newest = frameAt(frame.frames, frame.predicted.state.t);
+  if (before == nullptr || newest == nullptr) return false;
+  std::set<FeatureId> ids;
+  for (const PointObservation& point : newest->points) ids.insert(point.id);
+  const auto left =
+      std::count_if(before->points.begin(), before->points.end(),
+                    [&ids](const PointObservation& point) { return ids.count(point.id) > 0; });
+  return static_cast<double>(left) < kLeastLeft * static_cast<double>(before->points.size());
 }
 
 Innovation InnovationMonitor::judgeFrame(const InnovationInput& frame, const TrackTrust& trust) {

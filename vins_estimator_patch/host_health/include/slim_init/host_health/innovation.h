@@ -73,6 +73,8 @@ struct TrackTrust {
   /// Nearly all known tracks of the last optimized frame agreed with the IMU. If most of them lose
   /// their place at once, its pose is the cause, and the poses before it count.
   bool agreed = false;
+  /// Most of the view has been replaced at once: its tracks cannot speak against the IMU.
+  bool replaced = false;
   /// Innovation::error of the frame before, zero: none; and the logarithm of the odds that it goes
   /// on.
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
@@ -136,6 +138,7 @@ class InnovationMonitor {
   };
   Innovation judgeFrame(const InnovationInput& frame, const TrackTrust& trust);
   bool blindEnds(const InnovationInput& frame) const;
+  bool isReplaced(const InnovationInput& frame) const;
   bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
   PropagatedState withVelocity(const Eigen::Vector3d& velocity, const InnovationInput& frame) const;
   void keep(const InnovationInput& frame, const Innovation& result);
@@ -149,6 +152,7 @@ class InnovationMonitor {
   double noise_ = kNotComputed;        // of healthy frames
   std::set<FeatureId> moving_;         // of the newest frame, if that was blind
   double trusted_since_ = -std::numeric_limits<double>::infinity();  // [s]
+  double replaced_ = -std::numeric_limits<double>::infinity();       // most of the view [s]
 };
 
 }  // namespace slim_init::host_health
