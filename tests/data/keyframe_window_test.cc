@@ -245,7 +245,10 @@ TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   twice.points.push_back(twice.points[0]);
   twice.points.push_back(twice.points[0]);
   twice.points.back().bearing.setZero();
-  twice.lines.emplace_back();  // both ends in one place
+  twice.points.push_back(frame(0.05).points.back());
+  twice.points.back().id += 1000;
+  twice.points.back().row = kNotComputed;  // of a pixel that is not known
+  twice.lines.emplace_back();              // both ends in one place
   EXPECT_EQ(window.addFrame(twice), AddStatus::kAdded);
   EXPECT_EQ(window.counts().imu.added(), 1);
   EXPECT_EQ(window.counts().imu[AddStatus::kOutOfOrder], 2);
@@ -255,7 +258,7 @@ TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   EXPECT_EQ(window.counts().frames[AddStatus::kOutOfOrder], 1);
   EXPECT_EQ(window.counts().frames[AddStatus::kNotFinite], 1);
   EXPECT_EQ(window.counts().observations_duplicate_id, 1);
-  EXPECT_EQ(window.counts().observations_not_finite, 1);
+  EXPECT_EQ(window.counts().observations_not_finite, 2);
   EXPECT_EQ(window.counts().lines_degenerate, 1);
 }
 

@@ -294,18 +294,36 @@ TEST_P(HostMethod, HoverIsStationaryWithGravityAndGyroBias) {
   }
 }
 
+// The result with all forces multiplied by a factor.
+InitResult withForces(double factor, Motion motion, unsigned seed) {
+  ExactWindow exact = noisyWindow(motion, seed);
+  for (ImuSample& sample : exact.imu) sample.accel *= factor;
+  return makeSolver("slim")->solve(*windowOf(exact));
+}
+
 TEST(Slim, ForcesInGAreNamed) {
-  const auto messageOf = [](Motion motion, double factor) {
-    ExactWindow exact = noisyWindow(motion, 1);
-    for (ImuSample& sample : exact.imu) sample.accel *= factor;
-    const InitResult result = makeSolver("slim")->solve(*windowOf(exact));
+  const auto messageOf = [](Motion motion, double factor, unsigned seed = 1) {
+    const InitResult result = withForces(factor, motion, seed);
     EXPECT_FALSE(result.success());
     return result.message;
   };
   const char* hint = "is the accelerometer in g";
   EXPECT_EQ(messageOf(Motion::kHover, 1.0).find(hint), std::string::npos);
   EXPECT_NE(messageOf(Motion::kHover, 1.0 / 9.8).find(hint), std::string::npos);
-  EXPECT_NE(messageOf(Motion::kExcited, 1.0 / 9.8).find(hint), std::string::npos);
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    EXPECT_NE(messageOf(Motion::kExcited, 1.0 / 9.8, seed).find(hint), std::string::npos) << seed;
+  }
+}
+
+// Upside down and backwards everything fits, but for the points, which are behind the camera.
+TEST(Slim, AnInvertedAccelerometerIsNamed) {
+  const char* hint = "is the sign of the accelerometer inverted";
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const InitResult result = withForces(-1.0, Motion::kExcited, seed);
+    EXPECT_EQ(result.status, InitStatus::kInconsistentResiduals) << seed << ": " << result.message;
+    EXPECT_NE(result.message.find(hint), std::string::npos) << seed << ": " << result.message;
+    EXPECT_TRUE(withForces(1.0, Motion::kExcited, seed).success()) << seed;
+  }
 }
 
 TEST_P(HostMethod, PureRotationIsNamedWithItsGyroBias) {

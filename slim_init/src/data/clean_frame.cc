@@ -38,7 +38,7 @@ void cleanFrame(FrameObservation& frame, StreamCounts& counts) {
   sortAndFilter(
       frame.points,
       [&counts](PointObservation& point) {
-        if (normalizeBearing(point.bearing)) return true;
+        if (normalizeBearing(point.bearing) && std::isfinite(point.row)) return true;
         ++counts.observations_not_finite;
         return false;
       },
@@ -52,7 +52,7 @@ void cleanLines(std::vector<LineObservation>& lines, StreamCounts& counts) {
       [&counts](LineObservation& line) {
         if (!normalizeBearing(line.start_bearing) || !normalizeBearing(line.end_bearing) ||
             !std::isfinite(line.length_px) || !std::isfinite(line.detection_confidence) ||
-            !std::isfinite(line.match_quality)) {
+            !std::isfinite(line.match_quality + line.start_row + line.end_row)) {
           ++counts.observations_not_finite;
           return false;
         }

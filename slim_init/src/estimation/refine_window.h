@@ -31,11 +31,12 @@ struct RefinedWindow {
   double chi2 = 0.0;
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.
   double inertial_chi2 = 0.0;
-  double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
-  double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]
-  double sigma_line_px = 0.0;    ///< the same of a line end point
-  double cost = 0.0;             ///< of the first solve, comparable between starts on the same data
-  SpeedUse speeds;               ///< VisualInertialProblem::speedUse()
+  /// Point observations kept, of those handed in; also where the second solve failed.
+  double inlier_fraction = kNotComputed;
+  double sigma_px = 0.0;       ///< noise of a point estimated from the data, floored [px]
+  double sigma_line_px = 0.0;  ///< the same of a line end point
+  double cost = 0.0;           ///< of the first solve, comparable between starts on the same data
+  SpeedUse speeds;             ///< VisualInertialProblem::speedUse()
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the

@@ -607,7 +607,20 @@ MapResiduals VisualInertialProblem::residuals() const {
   return out;
 }
 
-void VisualInertialProblem::reject(const MapResiduals& now, double max_point, double max_line) {
+void VisualInertialProblem::reject(MapResiduals now, double max_point, double max_line) {
+  // No point lies behind the camera, and most do where gravity and motion are turned about: it is
+  // as far away as it can be.
+  ViewDerivatives<3> view;
+  RowJacobian by_row;
+  for (std::size_t t = 0; t < points_.ranges.size(); ++t) {
+    PointParameters far = structure_.points[t];
+    if (!(far.inverse_depth < 0.0)) continue;
+    far.inverse_depth = 0.0;
+    for (int a = points_.ranges[t].begin; a < points_.ranges[t].end; ++a) {
+      evaluateView(points_.views[a], far, final_state_, 1.0, &view, &by_row);
+      now.points[a] = view.r.norm();
+    }
+  }
   const auto filter = [](const std::vector<double>& residual, double bound, int min_views,
                          auto* tracks, auto* parameters) {
     // In place: what is kept moves to the front.

@@ -86,8 +86,9 @@ class VisualInertialProblem {
   MapResiduals residuals() const;
 
   /// Removes observations beyond the bounds [rad], and tracks left with fewer than two point or
-  /// three line views. `now` as residuals() gave it.
-  void reject(const MapResiduals& now, double max_point, double max_line);
+  /// three line views. `now` as residuals() gave it; a point behind the camera counts as one at
+  /// infinity.
+  void reject(MapResiduals now, double max_point, double max_line);
 
   /// What has become of the measured velocities, at the answer of minimize().
   SpeedUse speedUse() const;

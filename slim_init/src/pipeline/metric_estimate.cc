@@ -18,6 +18,9 @@ namespace {
 // Departure from one line in space, seen from the start, at which a line track is cut, in standard
 // deviations of an end point; leaves a margin for the error of the start.
 constexpr double kLineAgreementSigmas = 6.0;
+// Decrease of the cost to another scale that is worth a refinement: one standard deviation
+// [sigma^2].
+constexpr double kBetterScale = 1.0;
 
 // About the biases of the estimate: chained over the window, first order is not exact enough.
 // Between the exposures, td as estimated.
@@ -115,20 +118,18 @@ void refine(RefinementInput* input, const std::vector<Track>& lines, bool again,
   }
 }
 
-// Integrates over the scale; again from the most probable one, where that is another one with a
-// lower cost.
-void integrateOverScale(const RefinementInput& input, MetricEstimate* out) {
-  out->scale = integrateScale(scaleCostOf(input, out->refined));
-  if (!out->scale.valid || std::abs(out->scale.log_best) < ScaleProfile::kSameBasin) return;
-  if (!input.budget.allows("the search of the most probable scale")) return;
-  const double ratio = std::exp(out->scale.log_best);
+// Again from another scale; whether the cost is lower there.
+bool refineAt(double log_ratio, const RefinementInput& input, const std::vector<Track>& lines,
+              MetricEstimate* out) {
+  if (!input.budget.allows("the search of the most probable scale")) return false;
+  const double ratio = std::exp(log_ratio);
   WindowState other = out->refined.state;
   other.p_b0 *= ratio;
   other.v_b0 *= ratio;
-  RefinedWindow again = refineWindow(input, {}, other);
-  if (!again.valid || !(again.cost < out->refined.cost)) return;
+  RefinedWindow again = refineWindow(input, lines, other);
+  if (!again.valid || !(again.cost < out->refined.cost)) return false;
   adopt(input, std::move(again), out);
-  if (out->posterior.valid) out->scale = integrateScale(scaleCostOf(input, out->refined));
+  return out->posterior.valid;
 }
 
 }  // namespace
@@ -178,12 +179,21 @@ MetricEstimate estimateMetric(RefinementInput input, const TranslationEstimate& 
   }
   clock->lap("refinement");
 
-  // [5.1, 5.2] The cost over the scale: is another one as good?
+  // [5.1, 5.2] The cost over the scale: is another one as good? From one that is better the window
+  // is refined again.
   if (out.posterior.valid && over_scales) {
-    integrateOverScale(input, &out);
+    out.scale = integrateScale(scaleCostOf(input, out.refined));
+    if (out.scale.valid && std::abs(out.scale.log_best) > ScaleProfile::kSameBasin &&
+        refineAt(out.scale.log_best, input, lines, &out)) {
+      out.scale = integrateScale(scaleCostOf(input, out.refined));
+    }
     out.posterior.valid = out.posterior.valid && out.scale.valid;
   } else if (out.posterior.valid && !has_state && can_pass) {
     out.profile = profileScale(scaleCostOf(input, out.refined));
+    if (out.profile->valid && out.profile->cost_here - out.profile->cost > kBetterScale &&
+        refineAt(out.profile->log_ratio, input, lines, &out)) {
+      out.profile = profileScale(scaleCostOf(input, out.refined));
+    }
   }
   clock->lap("other_scale");
   return out;

@@ -147,7 +147,8 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
         " measured velocities contradict the motion and have little weight: "
         "a slipping wheel, or an incorrect scale or extrinsic of the sensor");
   }
-  if (result->speeds.missing == 0) return;
+  // The newest keyframe is ahead of the newest velocity.
+  if (result->speeds.missing <= 1) return;
   result->warnings.push_back(text("no measured velocity at ", result->speeds.missing, " of ",
                                   window.size(), " keyframes: none on both sides within ",
                                   InitWindow::kMaxSpeedGap, " s"));

@@ -256,15 +256,16 @@ bool appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
   return result->warnings.size() > before;
 }
 
-void appendBiasWarning(const InertialOptions& inertial, InitResult* result) {
+bool appendBiasWarning(const InertialOptions& inertial, InitResult* result) {
   const double bias = result->accel_bias.norm(), prior = inertial.accel_bias_prior;
   const double sigma =
       std::sqrt(result->covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff());
-  if (!(bias > kCertainSigmas * std::hypot(sigma, prior))) return;
+  if (!(bias > kCertainSigmas * std::hypot(sigma, prior))) return false;
   result->warnings.push_back(
       roundedText(3, "the accelerometer bias of ", bias, " m/s^2 (sigma ", sigma,
                   ") is more than inertial.accel_bias_prior of ", prior,
                   " allows, gravity and scale may be off: calibrate it, or raise the key"));
+  return true;
 }
 
 bool isFull(const InitWindow& window, const WindowOptions& options) {

@@ -98,7 +98,7 @@ bool appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
                                InitResult* result);
 
 /// The same for the accelerometer bias, against its prior. `result`: with states and covariance.
-void appendBiasWarning(const InertialOptions& inertial, InitResult* result);
+bool appendBiasWarning(const InertialOptions& inertial, InitResult* result);
 
 /// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).
 bool isFull(const InitWindow& window, const WindowOptions& options);
