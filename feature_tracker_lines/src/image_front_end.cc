@@ -260,7 +260,7 @@ void ImageFrontEnd::Impl::prepare(const cv::Mat& grey) {
   }
   const int gain_before = std::exchange(gain_, equalize ? gainFor(grey, gain_) : 1);
   if (gain_ != gain_before && !before_.empty()) {
-    scaleBrightness(static_cast<double>(gain_) / gain_before, &before_);
+    scaleRows({static_cast<double>(gain_) / gain_before}, &before_);
   }
   if (gain_ > 1) grey.convertTo(changed_, CV_8U, gain_);
   buildImagePyramid(gain_ > 1 ? changed_ : grey,

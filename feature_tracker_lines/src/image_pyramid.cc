@@ -72,10 +72,22 @@ void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvi
   out->noise = levelNoise(measureNoise(grey), halvings);
 }
 
-void scaleBrightness(double factor, ImagePyramid* image) {
-  cv::Mat scaled;
-  image->level(0).convertTo(scaled, CV_8U, factor);
-  image->noise = std::max(factor * image->noise, kLeastNoise);
+void scaleRows(const std::vector<double>& factors, ImagePyramid* image) {
+  const cv::Mat& grey = image->level(0);
+  cv::Mat scaled(grey.size(), CV_8UC1);
+  const auto last = static_cast<double>(factors.size() - 1);
+  double sum = 0.0;
+  for (int y = 0; y < grey.rows; ++y) {
+    const double band = std::clamp((y + 0.5) / grey.rows * (last + 1.0) - 0.5, 0.0, last);
+    const auto above = static_cast<std::size_t>(band);
+    const std::size_t below = std::min(above + 1, factors.size() - 1);
+    const double factor =
+        factors[above] + (band - static_cast<double>(above)) * (factors[below] - factors[above]);
+    cv::Mat row = scaled.row(y);
+    grey.row(y).convertTo(row, CV_8U, factor);
+    sum += factor;
+  }
+  image->noise = std::max(sum / grey.rows * image->noise, kLeastNoise);
   buildLevels(scaled, image->max_level, image);
 }
 

@@ -52,8 +52,10 @@ inline bool isMasked(const cv::Mat& mask, const cv::Point2f& pixel) {
 void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvings,
                        ImagePyramid* out);
 
-/// Multiplies the grey levels of an image, and of what shares its memory, by `factor`.
-void scaleBrightness(double factor, ImagePyramid* image);
+/// Multiplies the grey levels of an image, and of what shares its memory, row by row: the image is
+/// divided into as many equal bands as there are factors. Each holds at the middle of its band,
+/// between the middles the factor changes linearly. A single one holds everywhere.
+void scaleRows(const std::vector<double>& factors, ImagePyramid* image);
 
 /// Halvings after which an image has at most twice the pixels of 752 x 480. Bounds in pixels are
 /// those of such an image, and so is the time.

@@ -71,6 +71,15 @@ constexpr double kDoubtAbove = 0.5;
 constexpr double kBetterBelow = 0.9;
 // Change of the brightness that KLT bears: beyond 5 %, points of low contrast are lost.
 constexpr double kSameBrightness = 0.025;
+// The change is measured at so many heights, each from so many of the nearest points. A lamp that
+// flickers at 100 Hz makes two or three bands during a readout of 20 to 30 ms, of eight heights or
+// more each. The median of nine bears four wrong ones.
+constexpr int kRatioHeights = 24;
+constexpr int kRatioSamples = 9;
+// Fraction of the spread between their quartiles that a change must exceed. In noise alone the
+// median of nine is off by a quarter of it on average; all of it would reject steep bands, which
+// are spread over the nine themselves.
+constexpr double kRatioNoise = 0.5;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
 // it is refined, and the difference from which on a patch is another one. In the hand even motion
 // is off by up to 30 px between images. 60 patches found nothing better, steps of 8 px the next
@@ -81,9 +90,11 @@ constexpr int kTurnRounds = 20;
 constexpr double kUnlikeGreyLevels = 40.0;
 
 // The known rotation is doubted where it explains less than this share of the points, and overruled
-// where a free one explains so many times as many.
+// where a free one explains so many times as many. If the patches contradicted it as well, a small
+// gain is enough: a free rotation rarely explains more points than the correct one, but nearly all
+// of them if the known one is incorrect.
 constexpr double kDoubtBelow = 0.8;
-constexpr double kFallbackGain = 1.2;
+constexpr double kFallbackGain = 1.2, kDoubtedGain = 1.05;
 
 // Check over three views: time from mark to mark, for parallax (the image nearest to it is taken:
 // every fifth one at 20 Hz), the share of wrong tracks above which none is dropped, since then the
@@ -102,7 +113,9 @@ constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
 constexpr int kUsableStepPx = 8;
 
-double medianOf(std::array<float, kNeighbours>& values, int count) {
+// Median of the first `count` values, which are sorted.
+template <std::size_t N>
+double medianOf(std::array<float, N>& values, int count) {
   std::sort(values.begin(), values.begin() + count);
   return count % 2 == 1 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
@@ -387,11 +400,17 @@ void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
     std::vector<Target> targets = expect(last_prior_, *prior);
     last_prior_ = *prior;
     matchBrightness(targets, now, before);
-    if (prior->measured) chooseRotation(*before, now, prior, &targets, report);
+    RotationPrior searched = *prior;
+    const bool doubted = prior->measured && chooseRotation(*before, now, &searched, &targets);
+    if (doubted) matchBrightness(targets, now, before);  // it was measured at incorrect places
+    if (doubted && !prior->known) {
+      *prior = searched;
+      report->rotation_overruled = true;
+    }
     deformAnchors(*prior);
-    moved = search({*before, before->from(1)}, levels_now, *prior, std::move(targets));
+    moved = search({*before, before->from(1)}, levels_now, searched, std::move(targets));
     anchorTracks(levels_now, &moved);
-    const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
+    const std::vector<unsigned char> inliers = findInliers(moved, *prior, doubted, report);
     if (report->rotation_overruled) *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
     if (!prior->measured) prior->R_now_before = commonTurn(moved);
     source_changed_ = prior->measured != was_measured_;
@@ -494,32 +513,55 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
   }
 }
 
-// Gives the image before the brightness of this one: KLT compares grey levels, and automatic
-// exposure changes them. Measured where some of the points are predicted, which is the same part of
-// the scene, unless they disagree.
-void PointTracker::matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
-                                   ImagePyramid* before) const {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < targets.size(); i += targets.size() / kTurnPatches + 1) {
-    const double was = cv::mean(patchAt(*before, tracks_[i].pixel))[0];
-    if (was > 0.0 && isInside(targets[i].predicted, 0.0)) {
-      ratios.push_back(cv::mean(patchAt(now, targets[i].predicted))[0] / was);
-    }
+// Brightness of this image over that of the image before, for scaleRows(): KLT compares grey
+// levels. Automatic exposure changes all of them alike, lamps that flicker change those of a
+// rolling shutter in bands. Measured at the points, each of which is predicted on the same part of
+// the scene. Empty if nothing changed or the points disagree.
+std::vector<double> PointTracker::brightnessRatios(const std::vector<Target>& targets,
+                                                   const ImagePyramid& before,
+                                                   const ImagePyramid& now) const {
+  std::vector<std::pair<float, float>> samples;  // row before, ratio
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const double was = cv::mean(patchAt(before, tracks_[i].pixel))[0];
+    if (!(was > 0.0) || !isInside(targets[i].predicted, 0.0)) continue;
+    const double is = cv::mean(patchAt(now, targets[i].predicted))[0];
+    samples.emplace_back(tracks_[i].pixel.y, static_cast<float>(is / was));
   }
-  const std::size_t quarter = ratios.size() / 4;
-  if (quarter == 0) return;
-  std::sort(ratios.begin(), ratios.end());
-  const double median = ratios[ratios.size() / 2];
-  const double spread = ratios[ratios.size() - 1 - quarter] - ratios[quarter];
-  if (std::abs(median - 1.0) > std::max(kSameBrightness, spread)) scaleBrightness(median, before);
+  const int count = std::min(kRatioSamples, static_cast<int>(samples.size()));
+  const int quarter = count / 4;
+  if (quarter == 0) return {};
+  std::vector<double> ratios;
+  double change = 0.0, spread = 0.0;  // between the quartiles; both mean over the heights
+  for (int height = 0; height < kRatioHeights; ++height) {
+    const float row = (static_cast<float>(height) + 0.5F) *
+                      static_cast<float>(before.level(0).rows) / kRatioHeights;
+    const auto isNearer = [row](const auto& a, const auto& b) {
+      return std::abs(a.first - row) < std::abs(b.first - row);
+    };
+    std::nth_element(samples.begin(), samples.begin() + (count - 1), samples.end(), isNearer);
+    std::array<float, kRatioSamples> nearest{};
+    for (int k = 0; k < count; ++k) nearest[k] = samples[k].second;
+    ratios.push_back(medianOf(nearest, count));
+    change += std::abs(ratios.back() - 1.0) / kRatioHeights;
+    spread += (nearest[count - 1 - quarter] - nearest[quarter]) / kRatioHeights;
+  }
+  if (change <= std::max(kSameBrightness, kRatioNoise * spread)) ratios.clear();
+  return ratios;
 }
 
-// Where the patches of most points are not where the gyroscope predicts them, and fit better where
-// their flow and a common turn do, it is the gyroscope that is wrong: nothing is known of the
-// rotation then. Done before the search, which among bricks finds the next brick.
-void PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
-                                  RotationPrior* prior, std::vector<Target>* targets,
-                                  ImageReport* report) const {
+void PointTracker::matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
+                                   ImagePyramid* before) const {
+  const std::vector<double> ratios = brightnessRatios(targets, *before, now);
+  if (!ratios.empty()) scaleRows(ratios, before);
+}
+
+// Replaces the predictions, and the rotation for the search by an unknown one, if the patches of
+// most points are not where the gyroscope predicts them and fit better where their flow and a
+// common turn do; returns whether. Done before the search, which among bricks finds the next brick.
+// That does not show an incorrect gyroscope: a long way past near objects looks the same. A known
+// rotation is judged by findInliers(), by the points that were found.
+bool PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid& now,
+                                  RotationPrior* prior, std::vector<Target>* targets) const {
   const std::vector<Target>& expected = *targets;
   std::vector<cv::Mat> patches;
   for (const PointTrack& track : tracks_) patches.push_back(patchAt(before, track.pixel));
@@ -533,7 +575,7 @@ void PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid
     const double contrast = differenceOf(patches[i], flat);
     unlike += difference(i, expected[i].predicted) > kDoubtAbove * contrast ? 1 : 0;
   }
-  if (2 * unlike <= tracks_.size()) return;
+  if (2 * unlike <= tracks_.size()) return false;
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
   std::vector<Target> same_flow = expect(unknown, unknown);
   turnTogether(before, now, &same_flow);
@@ -544,10 +586,10 @@ void PointTracker::chooseRotation(const ImagePyramid& before, const ImagePyramid
     const double bound = kBetterBelow * difference(i, expected[i].predicted);
     better += difference(i, same_flow[i].predicted) < bound ? 1 : 0;
   }
-  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return;
-  report->rotation_overruled = true;
+  if (2 * better <= in_view || 2 * in_view <= tracks_.size()) return false;
   *prior = unknown;
   *targets = std::move(same_flow);
+  return true;
 }
 
 // Looks for the points of one level; `before` and `now` begin with it.
@@ -666,10 +708,10 @@ void PointTracker::anchorTracks(const Levels& now, std::vector<PointTrack>* move
                moved->end());
 }
 
-// One flag per track, 1 for an inlier: with the known rotation where there is one and it explains
-// the tracks, otherwise with a fundamental matrix.
+// One flag per track, 1 for an inlier: with the known rotation if there is one and it explains the
+// tracks, otherwise with a fundamental matrix. `doubted`: chooseRotation() replaced the rotation.
 std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrack>& moved,
-                                                     const RotationPrior& prior,
+                                                     const RotationPrior& prior, bool doubted,
                                                      ImageReport* report) const {
   const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
   std::vector<Eigen::Vector3d> rotated, before, now;
@@ -686,10 +728,12 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
     std::vector<unsigned char> known =
         knownRotationInliers(rotated, now, focal_px_, threshold).flags;
     const auto inliers = static_cast<double>(count(known));
-    if (inliers >= kDoubtBelow * static_cast<double>(moved.size())) return known;
-    // Many points disagree. A wrong gyro bias must not end the tracks.
+    if (!doubted && inliers >= kDoubtBelow * static_cast<double>(moved.size())) return known;
+    // Many points disagree, or they were not where they were predicted. A wrong gyro bias must not
+    // end the tracks.
     std::vector<unsigned char> free = fundamentalInliers(before, now, focal_px_, threshold);
-    if (static_cast<double>(count(free)) <= kFallbackGain * inliers) return known;
+    const double gain = doubted ? kDoubtedGain : kFallbackGain;
+    if (static_cast<double>(count(free)) <= gain * inliers) return known;
     report->rotation_overruled = true;
     return free;
   }

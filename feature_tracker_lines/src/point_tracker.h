@@ -95,10 +95,12 @@ class PointTracker {
   void followDefault(ImagePyramid* before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
   std::vector<Target> expect(const RotationPrior& last, const RotationPrior& prior) const;
+  std::vector<double> brightnessRatios(const std::vector<Target>& targets,
+                                       const ImagePyramid& before, const ImagePyramid& now) const;
   void matchBrightness(const std::vector<Target>& targets, const ImagePyramid& now,
                        ImagePyramid* before) const;
-  void chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
-                      std::vector<Target>* targets, ImageReport* report) const;
+  bool chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+                      std::vector<Target>* targets) const;
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                     std::vector<Target>* targets) const;
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
@@ -109,7 +111,8 @@ class PointTracker {
   bool recognise(const ImagePyramid& now, PointTrack* track) const;
   void anchorTracks(const Levels& now, std::vector<PointTrack>* moved);
   std::vector<unsigned char> findInliers(const std::vector<PointTrack>& moved,
-                                         const RotationPrior& prior, ImageReport* report) const;
+                                         const RotationPrior& prior, bool doubted,
+                                         ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
   std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved,
                                             const RowCamera& lens) const;

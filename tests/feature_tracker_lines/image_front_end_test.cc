@@ -234,6 +234,50 @@ TEST(FrontEndPoints, ChangesOfTheExposureKeepTheTracks) {
   }
 }
 
+// Image k under a lamp that flickers: bands over the rows of a rolling shutter, elsewhere in every
+// image.
+cv::Mat withBands(const cv::Mat& image, int k, double amplitude) {
+  cv::Mat bands = image.clone();
+  for (int y = 0; y < image.rows; ++y) {
+    const double phase = 2.0 * M_PI * (2.4 * y / image.rows + 0.37 * k);
+    cv::Mat row = bands.row(y);
+    image.row(y).convertTo(row, CV_8U, 1.0 + amplitude * std::sin(phase));
+  }
+  return bands;
+}
+
+// Mean fraction of the points that are found again in the next image.
+double keptUnderBands(double amplitude, const FrontEndOptions& options) {
+  constexpr int kImages = 15;
+  const auto dim = [](int wall, double u, double v) { return 0.8 * textures::rich(wall, u, v); };
+  RoomWalk walk(eurocCamera(), BoxRoom(kRoom, dim), Motion(), 1);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+  std::set<FeatureId> before;
+  double sum = 0.0;
+  for (int k = 0; k < kImages; ++k) {
+    FrameObservation frame;
+    const cv::Mat image = withBands(walk.image(k), k, amplitude);
+    EXPECT_EQ(walk.feed(k, image, &front_end, &frame), ImageStatus::kTracked);
+    const double kept = keptOf(&before, frame);
+    if (k > 0) sum += kept / (kImages - 1);
+  }
+  return sum;
+}
+
+TEST(FrontEndPoints, BandsOfAFlickeringLampKeepTheTracks) {
+  FrontEndOptions options;
+  options.lines.enabled = false;
+  const double still = keptUnderBands(0.0, options);
+  EXPECT_GT(still, 0.95);
+  EXPECT_GT(keptUnderBands(0.1, options), still - 0.05);
+  EXPECT_GT(keptUnderBands(0.2, options), 0.7);
+  // If the brightness is not matched, the same bands end the tracks.
+  options.profile = TrackerProfile::kVins;
+  options.host.equalize = false;
+  EXPECT_GT(keptUnderBands(0.0, options), 0.9);
+  EXPECT_LT(keptUnderBands(0.2, options), 0.55);
+}
+
 // Images in which the points of the last frame were seen.
 std::vector<int> livesIn(double light, double noise, int images, TrackErrors* errors) {
   const auto texture = [light](int wall, double u, double v) {
@@ -450,6 +494,39 @@ TEST(FrontEndBias, ASmallDamageAtAKnownBiasIsOverruled) {
   EXPECT_GT(points.overruled, 0);
   EXPECT_GT(points.points, 0.8);
   EXPECT_LT(points.wrong, 0.03);
+}
+
+// Images at 5 Hz whose known rotation was overruled: with a correct gyroscope, 15 images, and then
+// with an error of `error` [rad/s], five.
+struct Overruled {
+  int correct = 0, wrong = 0;
+};
+Overruled overruledAt5Hz(const Eigen::Vector3d& error) {
+  RoomWalk walk(eurocCamera(), BoxRoom(Eigen::Vector3d(1.6, 1.2, 1.7), textures::rich),
+                Motion{2.0, 0.5}, 1);
+  FrontEndOptions options;
+  options.lines.enabled = false;
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+  Overruled overruled;
+  for (int k = 0; k < 100; k += k < 20 ? 1 : 4) {  // at 20 Hz until the bias is known
+    const bool wrong = k >= 80;
+    walk.gyro_bias = wrong ? error : Eigen::Vector3d::Zero();
+    FrameObservation frame;
+    EXPECT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
+    if (k < 20) continue;
+    EXPECT_TRUE(wrong || front_end.report().gyro_bias_known) << k;
+    (wrong ? overruled.wrong : overruled.correct) += front_end.report().rotation_overruled ? 1 : 0;
+  }
+  return overruled;
+}
+
+// Past near walls the patches become unlike from image to image, as they do with a wrong gyroscope.
+TEST(FrontEndBias, TranslationBetweenImagesDoesNotOverruleAKnownRotation) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const Overruled overruled = overruledAt5Hz(Eigen::Vector3d::Unit(axis));
+    EXPECT_EQ(overruled.correct, 0) << axis;
+    EXPECT_GE(overruled.wrong, 4) << axis;
+  }
 }
 
 TEST(FrontEndBias, WithoutImuItTracksAndSaysSo) {

@@ -138,6 +138,20 @@ TEST(ImagePyramidTest, UpperLevelsShareItsMemoryAndHaveLessNoise) {
   EXPECT_EQ(levelNoise(0.0, 2), kLeastNoise);
 }
 
+TEST(ImagePyramidTest, RowsAreScaledLinearlyBetweenTheMiddlesOfTheBands) {
+  ImagePyramid image;
+  buildImagePyramid(cv::Mat(80, 60, CV_8UC1, cv::Scalar(100)), 21, 1, 0, &image);
+  scaleRows({0.5, 1.0}, &image);
+  for (const auto& [row, grey] : {std::pair(0, 50), std::pair(19, 50), std::pair(39, 75),
+                                  std::pair(60, 100), std::pair(79, 100)}) {
+    EXPECT_NEAR(image.level(0).at<uchar>(row, 30), grey, 1) << row;
+  }
+  EXPECT_NEAR(image.level(1).at<uchar>(0, 15), 50, 1);
+  scaleRows({1.5}, &image);
+  EXPECT_NEAR(image.level(0).at<uchar>(0, 30), 75, 1);
+  EXPECT_NEAR(image.level(0).at<uchar>(79, 30), 150, 1);
+}
+
 TEST(ImageNoise, SaturatedAndTinyImagesHaveTheLeast) {
   EXPECT_EQ(measureNoise(flatImage(255.0, 0.0, 1)), kLeastNoise);
   EXPECT_EQ(measureNoise(flatImage(0.0, 0.0, 1)), kLeastNoise);

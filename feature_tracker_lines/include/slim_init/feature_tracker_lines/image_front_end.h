@@ -33,7 +33,8 @@ struct ImageReport {
   double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
   bool rotation_from_gyro = false;    ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
-  /// The known rotation found or explained far fewer points than another and was not used.
+  /// The rotation of the gyroscope explained far fewer points than another, or (as long as its bias
+  /// is not known) predicted them worse, and was not used.
   bool rotation_overruled = false;
   /// Outliers were rejected and corners added; in profile `vins` only in the images that the host's
   /// tracker publishes.
