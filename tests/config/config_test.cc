@@ -523,7 +523,6 @@ const OurError kOurErrors[] = {
      "slim_init.refinement.max_iterations is 4000, must be in [0, 1000]"},
     {"slim_init:\n  refinement: {use_lines: 3}\n",
      "slim_init.refinement.use_lines is 3, must be 0, 1, true or false"},
-    {"slim_init:\n", "slim_init is"},
     {"slim_init: 3\n", "slim_init is 3, must be a section of keys"}};
 
 INSTANTIATE_TEST_SUITE_P(All, ConfigSectionErrors, ::testing::ValuesIn(kOurErrors));
@@ -532,6 +531,8 @@ TEST_F(ConfigErrors, AFileOfOurOwnWithoutTheSection) {
   write(kHostFile);
   writeOptions("%YAML:1.0\nsigma_px: 0.4\n");
   options_ = optionsPath();
+  expectError("the section slim_init: is missing", optionsPath());
+  writeOptions("%YAML:1.0\nslim_init:\n#  sigma_px: 0.4\n");
   expectError("the section slim_init: is missing", optionsPath());
 }
 
@@ -543,12 +544,51 @@ TEST_F(ConfigErrors, ValueOutOfRangeNamesTheFileItCameFrom) {
   expectError("slim_init.sigma_px is 100");
 }
 
+// Of keys at the end of a file that has them already, the host and we would read the first.
 TEST_F(ConfigErrors, KeyTwice) {
-  write(kHostFile + "slim_init:\n  sigma_px: 0.5\n  sigma_px: 0.6\n");
-  // OpenCV before 4.5.2 keeps both keys and ours is the message; later ones keep the last.
-  Config config;
+  const std::string section = "slim_init:\n  sigma_px: 0.5\n";
+  expectRefused(kHostFile + section + "  sigma_px: 0.6\n", "slim_init.sigma_px is given twice");
+  expectRefused(kHostFile + "slim_init:\n  noise: {gyro_density: 1e-4, gyro_density: 2e-4}\n",
+                "slim_init.noise.gyro_density is given twice");
+  expectRefused(kHostFile + section + section, "slim_init is given twice");
+  expectRefused(kHostFile + "td: 0.03\n", "td is given twice");
+  expectRefused(kHostFile + "image_width: 640\n", "image_width is given twice");
+  expectRefused(kHostFile + matrixKey("extrinsicTranslation", 3, 1, "0., 0., 0."),
+                "extrinsicTranslation is given twice");
+  expectRefused(edited("   fy: 457.0\n", "   fx: 457.0\n"),
+                "projection_parameters.fx is given twice");
+  expectRefused(kHostFile + "initializer: stock\ninitializer: slim\n",
+                "initializer is given twice");
+  HostKeys keys;
   std::string error;
-  if (!loadConfig(path_, &config, &error)) expectParts(error, "is given twice");
+  EXPECT_FALSE(loadHostKeys(path_, &keys, &error));
+  expectParts(error, path_ + ": initializer is given twice");
+
+  write(kHostFile);
+  writeOptions("%YAML:1.0\n" + section + section);
+  options_ = optionsPath();
+  expectError("slim_init is given twice", optionsPath());
+}
+
+TEST_F(ConfigFile, AKeyOfTheHostAloneMayStandTwice) {
+  const Config config =
+      loaded(kHostFile + "acc_n: 0.1\nmax_solver_time: 0.04\nmax_solver_time: 0.1\n");
+  EXPECT_EQ(config.calibration.td, -0.01);
+}
+
+// Its content is commented out.
+TEST_F(ConfigFile, AKeyWithoutAValueAtTheEndIsAbsent) {
+  for (const char* end :
+       {"slim_init:\n", "slim_init:\n#  sigma_px: 0.4\n", "slim_init:\n  sigma_px:\n",
+        "slim_init:\n  noise:\n#    gyro_density: 1e-4\n", "mask:\n", "initializer:\n"}) {
+    const Config config = loaded(kHostFile + end);
+    EXPECT_EQ(config.calibration.sigma_px, Calibration().sigma_px) << end;
+    EXPECT_EQ(config.calibration.imu_noise.gyro_density, ImuNoise().gyro_density) << end;
+    EXPECT_EQ(config.host.mask, "") << end;
+    EXPECT_EQ(config.host.initializer, HostKeys().initializer) << end;
+  }
+  expectRefused(edited("image_height: 480\n", "") + "image_height:\n", "image_height is missing");
+  expectRefused(kHostFile + "slim_init:\n  nois:\n", "slim_init.nois is not a known key");
 }
 
 TEST(ConfigTable, KeysAreUniqueAndExplained) {

@@ -439,7 +439,7 @@ TEST_F(Doctor, TheCalibrationIsThatOfTheSolver) {
   expectParts(report.lines,
               "extrinsicRotation: !!opencv-matrix|extrinsicTranslation: !!opencv-matrix");
   EXPECT_FALSE(contains(report.lines, "td:"));
-  expectParts(doctorText(report, false), "Lines for the configuration file:\n# rotation: ");
+  expectParts(doctorText(report, false), "in place of those that it has:\n# rotation: ");
   EXPECT_EQ(nlohmann::json::parse(doctorJson(report))["lines"], report.lines);
   // With the lines in the file there is nothing to say.
   off.calibration.R_b_c = found.R_b_c;

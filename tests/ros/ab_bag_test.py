@@ -4,11 +4,14 @@
 import csv
 import math
 import os
+import re
+import shlex
 import stat
 import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import numpy as np
 
@@ -199,6 +202,13 @@ class AbBag(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertIn("is its estimator patched", run.stderr)
         self.assertEqual(self.calls()[-1], "ended")
+
+    def test_arguments_of_the_launch_file_may_have_spaces(self):
+        launch = xml.etree.ElementTree.parse(os.path.join(ROOT, "launch", "ab_bag.launch"))
+        filled = re.sub(r"\$\(arg (\w+)\)", r"/my folder/it's \1", launch.find("node").get("args"))
+        names = ("bag", "config", "out", "methods", "rate", "host", "tracker")
+        self.assertEqual(shlex.split(filled),  # as roslaunch does
+                         ["run"] + ["/my folder/it's " + name for name in names])
 
     def test_a_host_that_dies_is_told(self):
         run = self.run_script()

@@ -9,6 +9,7 @@
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
+#include <tf2_msgs/TFMessage.h>
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <algorithm>
@@ -43,6 +44,7 @@ class Listener {
     subscribe<InitResultMessage>("/slim_init/result", &results);
     subscribe<nav_msgs::Odometry>("/slim_init/odometry", &seeds);
     subscribe<nav_msgs::Path>("/slim_init/path", &paths);
+    subscribe<tf2_msgs::TFMessage>("/tf_static", &frames);
     subscribe<std_msgs::Bool>("/feature_tracker/restart", &restarts);
     subscribe<sensor_msgs::PointCloud>("/feature_tracker/feature", &features);
     subscribe<sensor_msgs::PointCloud>("/feature_tracker_lines/lines", &lines);
@@ -86,6 +88,7 @@ class Listener {
   std::vector<InitResultMessage> results;
   std::vector<nav_msgs::Odometry> seeds;
   std::vector<nav_msgs::Path> paths;
+  std::vector<tf2_msgs::TFMessage> frames;
   std::vector<std_msgs::Bool> restarts;
   std::vector<sensor_msgs::PointCloud> features, lines;
 
@@ -229,6 +232,16 @@ TEST_F(Init, EveryAttemptHasAStatusAndTheSeedAgrees) {
   EXPECT_GT(listener_->seeds[0].pose.covariance[0], 0.0);
   ASSERT_EQ(listener_->paths.size(), 1u);
   EXPECT_EQ(listener_->paths[0].poses.size(), 10u);
+
+  // The camera is where the states were estimated with it, close to the configuration's.
+  ASSERT_TRUE(listener_->wait([&] { return !listener_->frames.empty(); }));
+  ASSERT_EQ(listener_->frames.back().transforms.size(), 2u);
+  const geometry_msgs::TransformStamped& camera = listener_->frames.back().transforms[1];
+  EXPECT_EQ(camera.child_frame_id, "camera");
+  EXPECT_EQ(camera.transform.translation.x, result.extrinsic.translation.x);
+  EXPECT_EQ(camera.transform.rotation.w, result.extrinsic.rotation.w);
+  EXPECT_NE(result.extrinsic.translation.x, -0.0216401454975);
+  EXPECT_NEAR(result.extrinsic.translation.x, -0.0216401454975, 0.02);
 }
 
 TEST_F(Init, NothingIsLostAndEveryFrameHasItsLines) {

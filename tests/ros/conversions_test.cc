@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "geometry/so3.h"
 #include "support/jacobian_check.h"
@@ -53,7 +54,8 @@ ResultContext someContext() {
   ResultContext context;
   context.clock.seconds(kT0Ns);
   context.method = "slim";
-  context.td = 0.01;
+  context.calibration.td = 0.01;
+  context.calibration.t_b_c = Eigen::Vector3d(0.1, 0.2, 0.3);
   return context;
 }
 
@@ -107,6 +109,23 @@ TEST(Conversions, ResultHasStampsOfImagesAndTheStates) {
   ASSERT_EQ(message.covariance.size(), 24u * 24u);
   EXPECT_EQ(message.covariance[24 * 9 + 12], 5e-5);
   EXPECT_EQ(message.status.attempt, 5u);
+}
+
+TEST(Conversions, ExtrinsicIsEstimatedOrThatOfTheConfiguration) {
+  Attempt attempt = someAttempt();
+  InitResultMessage message = resultMessage(attempt, someContext());
+  EXPECT_EQ(message.extrinsic.translation.y, 0.2);
+  EXPECT_EQ(message.extrinsic.rotation.w, 1.0);
+  EXPECT_EQ(message.td, 0.01);
+
+  CalibrationEstimate& estimate = attempt.result.calibration.emplace();
+  estimate.R_b_c = Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()).matrix();
+  estimate.t_b_c = Eigen::Vector3d(-0.4, 0.5, 0.6);
+  estimate.td = 0.02;
+  message = resultMessage(attempt, someContext());
+  EXPECT_EQ(message.extrinsic.translation.y, 0.5);
+  EXPECT_NEAR(message.extrinsic.rotation.z, std::sqrt(0.5), 1e-12);
+  EXPECT_EQ(message.td, 0.02);
 }
 
 // Against differences of what the message holds: pose (position; rotation about the world's axes)

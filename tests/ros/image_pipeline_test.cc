@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
@@ -343,20 +344,68 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
   }
 }
 
+/// Stands in for sensor_msgs::CompressedImage.
+struct CompressedMessage {
+  std::string format;
+  std::vector<std::uint8_t> data;
+};
+
+CompressedMessage compressed(const std::string& format, const cv::Mat& image) {
+  CompressedMessage message{format, {}};
+  EXPECT_TRUE(cv::imencode(".png", image, message.data));
+  return message;
+}
+
+/// A wall of one colour through the filters of a pattern, 8 x 8.
+cv::Mat mosaicOf(const std::string& pattern, char colour) {
+  cv::Mat mosaic(8, 8, CV_8UC1);
+  for (int i = 0; i < 64; ++i) {
+    mosaic.data[i] = pattern[2 * (i / 8 % 2) + i % 2] == colour ? 200 : 0;
+  }
+  return mosaic;
+}
+
 // A red, a green and a blue wall: the grey value tells the colours apart.
 TEST(ImageMessageTest, BayerPatternsHaveTheirColours) {
   const std::tuple<char, int> greys[] = {{'r', 60}, {'g', 117}, {'b', 23}};
   for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
     for (const auto& [colour, expected] : greys) {
-      ImageMessage message{8, 8, 8, "bayer_" + pattern + "8", std::vector<std::uint8_t>(64)};
-      for (std::size_t i = 0; i < 64; ++i) {
-        message.data[i] = pattern[2 * (i / 8 % 2) + i % 2] == colour ? 200 : 0;
-      }
-      cv::Mat grey;
-      EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
+      const cv::Mat mosaic = mosaicOf(pattern, colour);
+      const std::string name = "bayer_" + pattern;
+      const ImageMessage raw{8, 8, 8, name + "8", {mosaic.datastart, mosaic.dataend}};
+      cv::Mat wide, grey, grey8, grey16;
+      mosaic.convertTo(wide, CV_16U, 257.0);
+      EXPECT_EQ(feature_tracker_lines::decodeImage(raw, &grey), "");
       for (const int at : {3, 4}) EXPECT_NEAR(grey.at<std::uint8_t>(at, at), expected, 1);
+      const CompressedMessage message8 = compressed(name + "8; png compressed ", mosaic);
+      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message8, &grey8), "");
+      EXPECT_EQ(cv::norm(grey, grey8, cv::NORM_INF), 0.0) << name;
+      const CompressedMessage message16 = compressed(name + "16; png compressed ", wide);
+      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message16, &grey16), "");
+      EXPECT_EQ(cv::norm(grey, grey16, cv::NORM_INF), 0.0) << name;
     }
   }
+}
+
+TEST(ImageMessageTest, OnlyCompressedMosaicsAreConverted) {
+  const auto grey = [](const CompressedMessage& message) {
+    cv::Mat image;
+    EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message, &image), "");
+    return image;
+  };
+  const cv::Mat mosaic = mosaicOf("rggb", 'g');
+  for (const char* format : {"mono8; png compressed ", "png", "", "bayer_"}) {
+    EXPECT_EQ(cv::norm(grey(compressed(format, mosaic)), mosaic, cv::NORM_INF), 0.0) << format;
+  }
+  // The sender has converted it.
+  const cv::Mat colours(8, 8, CV_8UC3, cv::Scalar(10, 200, 90));
+  EXPECT_EQ(cv::norm(grey(compressed("bayer_rggb8; png compressed bgr8", colours)),
+                     grey(compressed("bgr8; png compressed bgr8", colours)), cv::NORM_INF),
+            0.0);
+  cv::Mat none;
+  const CompressedMessage garbage{"bayer_rggb8; jpeg compressed ", {1, 2, 3}};
+  EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(garbage, &none),
+            "cannot be decoded: 3 bytes of 'bayer_rggb8; jpeg compressed '");
 }
 
 }  // namespace

@@ -35,21 +35,18 @@ class SectionReader {
 
   // The keys of `section`, whose path is `prefix` ("window.").
   void read(const cv::FileNode& section, const std::string& prefix) {
-    std::vector<std::string> seen;
     for (cv::FileNodeIterator it = section.begin(); it != section.end(); ++it) {
-      const cv::FileNode node = *it;
-      const std::string key = prefix + node.name();
-      // OpenCV keeps the last of two equal keys and loses the other silently.
-      if (std::count(seen.begin(), seen.end(), key) > 0) fail(fullName(key), " is given twice");
-      seen.push_back(key);
-      if (const OptionField* option = find(key)) {
+      const std::string name = (*it).name(), key = prefix + name;
+      const OptionField* const option = find(key);
+      if (option == nullptr && !isSection(key)) unknown(key);
+      const cv::FileNode node = valueOf(section, name, fullName(prefix));
+      if (node.empty()) continue;
+      if (option != nullptr) {
         config::read(fullName(key), node, *option);
         (*log_)[fullName(key)] = file_;
-      } else if (isSection(key)) {
+      } else {
         if (!node.isMap()) wrongKind(fullName(key), node, "a section of keys");
         read(node, key + ".");
-      } else {
-        unknown(key);
       }
     }
   }
@@ -83,7 +80,7 @@ class SectionReader {
 // Problem (yaml_value.h) on unknown keys, wrong kinds, and a key that is given twice.
 void readSection(const cv::FileNode& root, const std::string& file, bool required, Config* config,
                  SectionLog* log) {
-  const cv::FileNode section = root[kSection];
+  const cv::FileNode section = valueOf(root, kSection);
   if (section.empty()) {
     if (required) fail("the section ", kSection, ": is missing");
     return;

@@ -49,7 +49,7 @@ void checkRange(const OptionField& option) {
 // The keys of `table` that the file has.
 void readTable(const cv::FileNode& root, const OptionTable& table) {
   for (const OptionField& option : table) {
-    const cv::FileNode node = root[option.key];
+    const cv::FileNode node = valueOf(root, option.key);
     if (node.empty()) continue;
     read(option.key, node, option);
     checkRange(option);
@@ -153,7 +153,7 @@ CameraParameters readCamera(const cv::FileNode& root, std::vector<std::string>* 
 
 // A matrix written as !!opencv-matrix, of rows x cols; a vector may also stand as a row.
 Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, int cols) {
-  const cv::FileNode node = root[key];
+  const cv::FileNode node = valueOf(root, key);
   if (node.empty()) {
     fail(key, " is missing; it is needed unless estimate_extrinsic is 2");
   }
@@ -182,12 +182,12 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
 
 // VINS-Fusion has the camera in a file of its own, reads image0_topic, and both parts of the
 // extrinsic from one matrix.
-bool isOfFusion(const cv::FileNode& root) { return !root["cam0_calib"].empty(); }
+bool isOfFusion(const cv::FileNode& root) { return !valueOf(root, "cam0_calib").empty(); }
 
 void noteIgnored(const cv::FileNode& root, Config* config) {
   if (!isOfFusion(root)) return;
   for (const char* const key : {"extrinsicRotation", "extrinsicTranslation", "image_topic"}) {
-    if (root[key].empty()) continue;
+    if (valueOf(root, key).empty()) continue;
     config->notes.push_back(std::string(key) +
                             " is ignored: a host with cam0_calib reads body_T_cam0, image0_topic");
   }
@@ -195,13 +195,13 @@ void noteIgnored(const cv::FileNode& root, Config* config) {
 
 void readExtrinsic(const cv::FileNode& root, Config* config) {
   HostKeys& host = config->host;
-  host.extrinsic_in_one_matrix =
-      isOfFusion(root) || (root["extrinsicRotation"].empty() && !root["body_T_cam0"].empty());
+  host.extrinsic_in_one_matrix = isOfFusion(root) || (valueOf(root, "extrinsicRotation").empty() &&
+                                                      !valueOf(root, "body_T_cam0").empty());
   const bool may_be_absent = host.estimate_extrinsic == 2;
   const char* const R_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicRotation";
   const char* const t_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicTranslation";
-  host.has_rotation = !(may_be_absent && root[R_key].empty());
-  host.has_translation = !(may_be_absent && root[t_key].empty());
+  host.has_rotation = !(may_be_absent && valueOf(root, R_key).empty());
+  host.has_translation = !(may_be_absent && valueOf(root, t_key).empty());
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
   if (host.extrinsic_in_one_matrix && host.has_rotation) {
@@ -219,8 +219,8 @@ void readExtrinsic(const cv::FileNode& root, Config* config) {
 
 void readSpeedSensor(const cv::FileNode& root, Config* config) {
   SpeedSensor& sensor = config->calibration.speed_sensor;
-  const bool has_rotation = !root["speed_rotation"].empty();
-  const bool has_translation = !root["speed_translation"].empty();
+  const bool has_rotation = !valueOf(root, "speed_rotation").empty();
+  const bool has_translation = !valueOf(root, "speed_translation").empty();
   if (config->speed_topic.empty() && !has_rotation && !has_translation) return;
   if (!has_rotation) fail("speed_rotation is missing; it is needed for the velocity sensor");
   if (!has_translation) fail("speed_translation is missing; it is needed for the velocity sensor");
@@ -261,7 +261,7 @@ void applyRollingShutter(Config* config) {
 // The host's folder for results. GVINS calls it output_dir and puts $HOME in place of a ~ in front.
 void readOutputFolder(const cv::FileNode& root, std::string* folder) {
   readOptional(root, "output_path", folder);
-  if (!root["output_path"].empty()) return;
+  if (!valueOf(root, "output_path").empty()) return;
   readOptional(root, "output_dir", folder);
   const char* home = std::getenv("HOME");
   if (!folder->empty() && folder->front() == '~' && home != nullptr) folder->replace(0, 1, home);
@@ -433,8 +433,8 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   readTable(root, switchTable(host));
   readOptional(root, "num_of_cam", &host->num_of_cam);
   readOptional(root, "imu", &host->imu);
-  if (root["watchdog"].empty()) host->watchdog = host->reinit;
-  if (root["keep_heading"].empty()) host->keep_heading = host->reinit;
+  if (valueOf(root, "watchdog").empty()) host->watchdog = host->reinit;
+  if (valueOf(root, "keep_heading").empty()) host->keep_heading = host->reinit;
   readOutputFolder(root, &host->output_path);
 }
 
@@ -443,7 +443,7 @@ void readHost(const cv::FileNode& root, const std::string& path, Config* config)
   config->calibration.focal_px = Camera(config->camera).focalPx();
   readHostKeys(root, &config->host);
   readTable(root, rigTable(config));
-  if (isOfFusion(root) || root["image_topic"].empty()) {
+  if (isOfFusion(root) || valueOf(root, "image_topic").empty()) {
     readOptional(root, "image0_topic", &config->image_topic);
   }
   noteIgnored(root, config);

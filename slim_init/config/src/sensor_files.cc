@@ -17,7 +17,7 @@ constexpr char kCamera[] = "the camera model", kImu[] = "the IMU";
 
 /// A list of numbers; any count for `count` zero.
 std::vector<double> readList(const cv::FileNode& parent, const char* key, std::size_t count) {
-  const cv::FileNode node = parent[key];
+  const cv::FileNode node = valueOf(parent, key);
   if (node.empty()) fail(key, " is missing");
   if (!node.isSeq()) wrongKind(key, node, "a list of numbers");
   if (count > 0 && node.size() != count) {

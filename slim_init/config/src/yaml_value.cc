@@ -43,6 +43,20 @@ void wrongKind(const std::string& key, const cv::FileNode& node, const std::stri
   fail(key, " is ", shown(node), ", must be ", wanted);
 }
 
+cv::FileNode valueOf(const cv::FileNode& map, const std::string& key, const std::string& prefix) {
+  cv::FileNode value;
+  if (!map.isMap()) return value;
+  bool found = false;
+  for (const cv::FileNode& node : map) {
+    if (node.name() != key) continue;
+    if (found) fail(prefix, key, " is given twice");
+    found = true;
+    value = node;
+  }
+  const bool without_value = value.isString() && static_cast<std::string>(value) == "...";
+  return without_value ? cv::FileNode() : value;
+}
+
 void read(const std::string& key, const cv::FileNode& node, int* value) {
   if (!isWhole(node)) wrongKind(key, node, "a whole number");
   *value = static_cast<int>(node);
@@ -116,7 +130,7 @@ std::string lower(std::string word) {
 }
 
 cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
-  const cv::FileNode node = root[key];
+  const cv::FileNode node = valueOf(root, key);
   if (node.empty()) fail(key, " is missing; it is needed for the camera model");
   if (!node.isMap()) wrongKind(key, node, "a section of keys");
   return node;

@@ -27,6 +27,12 @@ template <typename... Parts>
 [[noreturn]] void wrongKind(const std::string& key, const cv::FileNode& node,
                             const std::string& wanted);
 
+/// The value of `key` in `map`, empty if it is absent. Throws "KEY is given twice": OpenCV 4 keeps
+/// both, and its operator[] gives the first without a word. A key without a value at the end of a
+/// file, which OpenCV reads as the text "...", is absent.
+cv::FileNode valueOf(const cv::FileNode& map, const std::string& key,
+                     const std::string& prefix = "");
+
 /// Read a value; throw a Problem that names `key` where it is of another kind or not finite.
 void read(const std::string& key, const cv::FileNode& node, int* value);
 void read(const std::string& key, const cv::FileNode& node, double* value);
@@ -39,7 +45,7 @@ void read(const std::string& key, const cv::FileNode& node, const OptionField& o
 template <typename T>
 void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
                   const char* purpose, T* value) {
-  const cv::FileNode node = parent[key];
+  const cv::FileNode node = valueOf(parent, key, prefix);
   if (node.empty()) fail(prefix, key, " is missing; it is needed for ", purpose);
   read(prefix + key, node, value);
 }
@@ -47,7 +53,7 @@ void readRequired(const cv::FileNode& parent, const std::string& prefix, const c
 /// The same of a key that may be absent.
 template <typename T>
 void readOptional(const cv::FileNode& root, const char* key, T* value) {
-  const cv::FileNode node = root[key];
+  const cv::FileNode node = valueOf(root, key);
   if (!node.empty()) read(key, node, value);
 }
 

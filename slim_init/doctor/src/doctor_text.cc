@@ -96,7 +96,8 @@ std::string doctorText(const DoctorReport& report, bool color) {
     text += wrapped(f.message + ".", 2 + kLabel, "");
     if (!f.advice.empty()) text += wrapped(f.advice, 2 + kLabel, "-> ");
   }
-  if (!report.lines.empty()) text += "Lines for the configuration file:\n" + report.lines;
+  if (!report.lines.empty())
+    text += "Lines for the configuration file, in place of those that it has:\n" + report.lines;
   return text;
 }
 

@@ -63,7 +63,7 @@ geometry_msgs::Pose poseMessage(const NavState& state) {
 
 // The time offset of the answer: found, or that of the configuration.
 double tdOf(const InitResult& result, const ResultContext& context) {
-  return result.calibration ? result.calibration->td : context.td;
+  return result.calibration ? result.calibration->td : context.calibration.td;
 }
 
 // Stamp of the image of one of the answer's states.
@@ -150,6 +150,7 @@ InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& con
   message.child_frame_id = context.body_frame;
   message.method = context.method;
   message.td = tdOf(result, context);
+  message.extrinsic = extrinsicMessage(result, context);
   for (const NavState& state : result.states) {
     message.stamps.push_back(stampOf(state, result, context));
     message.poses.push_back(poseMessage(state));
@@ -206,6 +207,12 @@ nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context)
     message.poses.push_back(pose);
   }
   return message;
+}
+
+geometry_msgs::Transform extrinsicMessage(const InitResult& result, const ResultContext& context) {
+  const Calibration& given = context.calibration;
+  return result.calibration ? transformMessage(result.calibration->R_b_c, result.calibration->t_b_c)
+                            : transformMessage(given.R_b_c, given.t_b_c);
 }
 
 geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {

@@ -42,7 +42,7 @@ class SlimInitNode {
   void use(AddStatus status);
   void publish(const Attempt& attempt);
   void publishSeed(const Attempt& attempt);
-  void publishFrames(const NavState& body);
+  void publishFrames(const NavState& body, const InitResult& result);
   void publishMarkers(const NavState& body, const ros::Time& stamp);
   void log(const Attempt& attempt);
   Diagnostics::Statuses diagnostics();
@@ -50,7 +50,6 @@ class SlimInitNode {
   ros::NodeHandle handle_;
   ros::NodeHandle private_handle_{"~"};
   ResultContext context_;
-  Calibration calibration_;
   ImuLimits imu_limits_;
   bool publish_tf_ = true;
   bool expect_lines_ = true;
@@ -92,14 +91,13 @@ std::string SlimInitNode::start() {
   if (initializer == nullptr) return error;
   parameters.log();
   session_ = std::make_unique<InitSession>(std::move(initializer), options);
-  calibration_ = config.calibration;
   imu_limits_ = config.options.imu;
   speed_forward_only_ = config.speed_forward_only;
   speed_.open(handle_, config.speed_topic,
               [this](const std_msgs::Header& header, const Eigen::Vector3d& velocity,
                      const Eigen::Matrix3d& covariance) { onSpeed(header, velocity, covariance); });
   context_.method = config.method;
-  context_.td = config.calibration.td;
+  context_.calibration = config.calibration;
 
   status_ = private_handle_.advertise<InitStatusMessage>("status", 100);
   result_ = private_handle_.advertise<InitResultMessage>("result", 10, true);
@@ -108,7 +106,7 @@ std::string SlimInitNode::start() {
   markers_ = private_handle_.advertise<visualization_msgs::MarkerArray>("markers", 10, true);
   if (publish_tf_) {
     tf_static_ = handle_.advertise<tf2_msgs::TFMessage>("/tf_static", 10, true);
-    publishFrames(NavState());
+    publishFrames(NavState(), InitResult());
   }
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   imu_ = handle_.subscribe(config.imu_topic, 2000, &SlimInitNode::onImu, this, hints);
@@ -216,12 +214,12 @@ void SlimInitNode::publishSeed(const Attempt& attempt) {
   odometry_.publish(seed);
   path_.publish(pathMessage(attempt, context_));
   publishMarkers(newest, seed.header.stamp);
-  if (publish_tf_) publishFrames(newest);
+  if (publish_tf_) publishFrames(newest, attempt.result);
 }
 
-// World to body (of the newest seed) and body to camera. Latched: the last message is the whole
-// tree.
-void SlimInitNode::publishFrames(const NavState& body) {
+// World to body (of the newest seed) and body to camera (of the newest result, before the first of
+// the configuration). Latched: the last message is the whole tree.
+void SlimInitNode::publishFrames(const NavState& body, const InitResult& result) {
   tf2_msgs::TFMessage message;
   message.transforms.resize(2);
   message.transforms[0].header.frame_id = context_.world_frame;
@@ -229,7 +227,7 @@ void SlimInitNode::publishFrames(const NavState& body) {
   message.transforms[0].transform = transformMessage(body.R_w_b, body.p_w_b);
   message.transforms[1].header.frame_id = context_.body_frame;
   message.transforms[1].child_frame_id = "camera";
-  message.transforms[1].transform = transformMessage(calibration_.R_b_c, calibration_.t_b_c);
+  message.transforms[1].transform = extrinsicMessage(result, context_);
   for (auto& transform : message.transforms) transform.header.stamp = ros::Time::now();
   tf_static_.publish(message);
 }

@@ -85,10 +85,32 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
   return "";
 }
 
+/// The encoding whose Bayer pattern starts the `format` of a sensor_msgs/CompressedImage
+/// ("bayer_rggb8; jpeg compressed "), or null. 8 and 16 bits have the same patterns.
+inline const ImageEncoding* bayerPatternOf(const std::string& format) {
+  constexpr std::size_t kLength = 10;  // of "bayer_rggb"
+  for (const ImageEncoding& known : kImageEncodings) {
+    const std::string name = known.name;
+    if (name.compare(0, 6, "bayer_") != 0) continue;
+    if (format.compare(0, kLength, name, 0, kLength) == 0) return &known;
+  }
+  return nullptr;
+}
+
 /// The same of a sensor_msgs/CompressedImage.
 template <typename CompressedImage>
 std::string decodeCompressedImage(const CompressedImage& message, cv::Mat* grey) {
   *grey = cv::Mat();
+  const ImageEncoding* const bayer = bayerPatternOf(message.format);
+  if (bayer != nullptr && !message.data.empty()) {
+    cv::Mat mosaic = cv::imdecode(message.data, cv::IMREAD_UNCHANGED);
+    // image_transport compresses the mosaic as one channel; other senders may convert it first.
+    if (mosaic.type() == CV_16UC1) mosaic.convertTo(mosaic, CV_8U, 255.0 / 65535.0);
+    if (!mosaic.empty() && mosaic.type() == CV_8UC1) {
+      cv::cvtColor(mosaic, *grey, bayer->to_grey);
+      return "";
+    }
+  }
   if (!message.data.empty()) {
     *grey = cv::imdecode(message.data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   }

@@ -101,9 +101,9 @@ std::vector<GeneratedFile> generatedFiles(const std::string& repository);
 /// that holds the camera, body_T_cam0 is the extrinsic, image0_topic the topic.
 ///
 /// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
-/// value of another type, an unknown key in our section, a value out of range. Then returns
-/// false, leaves `config` as it was and puts a message that names file, key, value and bound into
-/// `error` (may be null). Never throws.
+/// value of another type, an unknown key in our section, a value out of range, a key read here
+/// that is given twice. Then returns false, leaves `config` as it was and puts a message that names
+/// file, key, value and bound into `error` (may be null). Never throws.
 bool loadConfig(const std::string& path, Config* config, std::string* error);
 
 /// The same with our section in a file of its own, which wins over the one in the host's file;

@@ -46,7 +46,8 @@ struct ResultContext {
   std::string method;
   std::string world_frame = "world";
   std::string body_frame = "body";
-  double td = 0.0;  ///< t_imu = t_image + td [s]
+  /// Of the configuration, for methods that do not estimate it: extrinsic and td.
+  Calibration calibration;
 };
 
 InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& context);
@@ -61,6 +62,9 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
 
 /// The poses of all keyframes.
 nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context);
+
+/// Camera to body: estimated with the states, or that of the configuration.
+geometry_msgs::Transform extrinsicMessage(const InitResult& result, const ResultContext& context);
 
 geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
 
