@@ -315,6 +315,25 @@ TEST(Adversarial, Elevator) {
   });
 }
 
+// A turn at constant speed, far from the scene: the shape alone begins at 0.6 to 0.8 of the scale,
+// and the cost over the scale knows the other minimum.
+TEST(Adversarial, AWideTurn) {
+  static constexpr double kRadius = 60.0, kRate = 0.33;  // [m], [rad/s]
+  const Tally tally = askAll(6, [](std::mt19937* random) {
+    Scene scene;
+    const auto shake = sway(random, 0.3, 1.0, 0.05);
+    scene.motion.position = [shake](double t) -> Vector3d {
+      return kRadius * Vector3d(std::sin(kRate * t), 1.0 - std::cos(kRate * t), 0.0) + shake(t);
+    };
+    scene.motion.rotation = [](double t) { return Vector3d(0.0, 0.0, kRate * t); };
+    scene.nearest_m = 40.0;
+    scene.farthest_m = 160.0;
+    scene.points = 100;
+    return scene;
+  });
+  EXPECT_GE(tally.accepted, 2) << "none without a refinement at that scale";
+}
+
 // Half of the image is something that moves by itself, as fast as the camera.
 TEST(Adversarial, AMovingObjectFillsHalfOfTheImage) {
   expectRefused(2, [](std::mt19937* random) {
