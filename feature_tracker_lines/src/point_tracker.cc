@@ -113,7 +113,7 @@ constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
 constexpr int kUsableStepPx = 8;
 
-// Median of the first `count` values, which are sorted.
+// Sorts the first `count` values; their median.
 template <std::size_t N>
 double medianOf(std::array<float, N>& values, int count) {
   std::sort(values.begin(), values.begin() + count);
@@ -399,15 +399,14 @@ void PointTracker::followDefault(ImagePyramid* before, const ImagePyramid& now,
     const Levels levels_now{now, now.from(1)};
     std::vector<Target> targets = expect(last_prior_, *prior);
     last_prior_ = *prior;
-    matchBrightness(targets, now, before);
     RotationPrior searched = *prior;
     const bool doubted = prior->measured && chooseRotation(*before, now, &searched, &targets);
-    if (doubted) matchBrightness(targets, now, before);  // it was measured at incorrect places
+    matchBrightness(targets, now, before);
     if (doubted && !prior->known) {
       *prior = searched;
       report->rotation_overruled = true;
     }
-    deformAnchors(*prior);
+    deformAnchors(searched);
     moved = search({*before, before->from(1)}, levels_now, searched, std::move(targets));
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, doubted, report);

@@ -55,7 +55,7 @@ class Solve {
                  const MotionMeasures& motion);
   ProvisionalOptions newestBounds(bool full) const;
   void nameSuccess(const MetricEstimate& metric);
-  void judgeForces(double mean_force, double inlier_fraction);
+  void judgeForces(double mean_force, double behind_fraction);
   void failWithoutEstimate(const TranslationEstimate& translation);
 
   const InitWindow& given_;
@@ -124,7 +124,7 @@ InitResult Solve::run() {
   if (!result_.hasEstimate() && (result_.success() || state_ != nullptr)) {
     failWithoutEstimate(translation);
   }
-  if (state_ == nullptr) judgeForces(motion.mean_force.norm(), metric.refined.inlier_fraction);
+  if (state_ == nullptr) judgeForces(motion.mean_force.norm(), metric.refined.behind_fraction);
   failAtLimit(&budget_, &result_);
   return result_;
 }
@@ -215,7 +215,7 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
       bounds_.min_inlier_fraction = std::max(bounds_.min_inlier_fraction, kMostInliers);
     }
   }
-  if (plain_ && !(given.imu_biases.accel_sigma < options_.inertial.accel_bias_prior)) {
+  if (state_ == nullptr && !(given.imu_biases.accel_sigma < options_.inertial.accel_bias_prior)) {
     bias_is_large_ = appendBiasWarning(options_.inertial, &result_);
   }
   if (!in_flight_) appendGates(calibrationGates(given, found, bounds_), &result_);
@@ -241,15 +241,15 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
 }
 
 // What a host goes on with; in flight the velocity contains how the scale is known. A full window
-// has no better attitude to wait for than that of a provisional estimate.
+// has no better attitude to wait for, and may be twice as uncertain.
 ProvisionalOptions Solve::newestBounds(bool full) const {
   ProvisionalOptions bounds = options_.provisional;
   if (provisional_) return bounds;
   // A bias that may be larger tilts gravity by as much.
   const double known_worse =
       options_.inertial.accel_bias_prior / InertialOptions().accel_bias_prior;
-  if (!full || in_flight_) bounds.max_tilt_sigma_deg = kTiltSigmaDeg;
-  bounds.max_tilt_sigma_deg *= std::max(1.0, known_worse);
+  bounds.max_tilt_sigma_deg =
+      (full && !in_flight_ ? 2.0 : 1.0) * kTiltSigmaDeg * std::max(1.0, known_worse);
   bounds.max_velocity_sigma = kVelocitySigma + kVelocityShare * result_.states.back().v_w_b.norm();
   bounds.max_scale_sigma = HUGE_VAL;
   return bounds;
@@ -278,7 +278,7 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
          sigmas + roundedText(2, ", scale ", 100.0 * result_.scale_sigma, " %"), &result_);
     return;
   }
-  // Without the velocity nothing vouches for the scale, and a state that is wrong in two parts for
+  // Without the velocity nothing vouches for the scale, and a state with two incorrect parts for
   // nothing.
   std::string dropped;
   for (const std::string& part : result_.prior_dropped) {
@@ -293,18 +293,18 @@ void Solve::nameSuccess(const MetricEstimate& metric) {
   if (!dropped.empty()) result_.message += "; the data contradict its " + dropped;
 }
 
-// The commonest errors of a rig of one's own, which show as residuals of images that are right, or
-// as a bias in place of gravity. In free fall the bias is none.
-void Solve::judgeForces(double mean_force, double inlier_fraction) {
+// The commonest errors of a rig of one's own, which show as residuals of images that are correct,
+// or as a bias in place of gravity. In free fall the bias is none.
+void Solve::judgeForces(double mean_force, double behind_fraction) {
   const double gravity = given_.calibration().gravity_magnitude;
   const bool has_estimate = result_.success() || result_.provisional();
   std::string question;
-  if (mean_force < 0.5 * gravity && (!has_estimate || bias_is_large_)) {
+  const bool enforced = options_.gates.mode != GateMode::kOff;
+  if (mean_force < 0.5 * gravity && (!has_estimate || (bias_is_large_ && enforced))) {
     question = roundedText(2, "the mean specific force is ", mean_force, " m/s^2, gravity ",
                            gravity, ": is the accelerometer in g, or without gravity?");
-  } else if (!has_estimate && inlier_fraction < 0.5) {
-    // By their median residual half of them would be kept.
-    question = "the points are behind the camera: is the sign of the accelerometer inverted?";
+  } else if (!has_estimate && behind_fraction > 0.5) {
+    question = "most points are behind the camera: is the sign of the accelerometer inverted?";
   }
   if (question.empty()) return;
   if (has_estimate) {

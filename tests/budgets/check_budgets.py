@@ -27,9 +27,9 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 13481, 10500),
-    "surrounding_lines": ("lines outside core and tests", 35558, 26000),
-    "test_lines": ("lines of tests", 41858, 26000),
+    "core_lines": ("lines of slim_init/src and public headers", 13494, 10500),
+    "surrounding_lines": ("lines outside core and tests", 35560, 26000),
+    "test_lines": ("lines of tests", 41887, 26000),
     "core_numbers": ("named constants and option fields of the core", 242, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 0, 0),
     "core_wide_functions": (f"functions of the core above {MOST_PARAMETERS} parameters", 0, 0),

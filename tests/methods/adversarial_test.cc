@@ -166,6 +166,7 @@ struct FirstAnswer {
   bool accepted = false;
   double at_s = kNotComputed;
   double scale_error = kNotComputed;  ///< |estimated / true - 1|
+  double tilt_deg = kNotComputed;     ///< of the newest attitude
   std::vector<std::string> warnings;
 };
 
@@ -186,6 +187,8 @@ FirstAnswer ask(const Recording& recording, const InitializerOptions& options) {
     answer.at_s = frame.t;
     answer.warnings = result.warnings;
     answer.scale_error = std::abs(scaleError(result.states, truth));
+    const Vector3d up = result.states.back().R_w_b.row(2), true_up = truth.back().R_w_b.row(2);
+    answer.tilt_deg = std::atan2(up.cross(true_up).norm(), up.dot(true_up)) * 180.0 / M_PI;
     return answer;
   }
   return answer;
@@ -221,6 +224,7 @@ Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
         });
     EXPECT_FALSE(wrong) << "seed " << seed << ": off by " << answer.scale_error << " after "
                         << answer.at_s << " s";
+    EXPECT_FALSE(answer.tilt_deg > 8.0) << "seed " << seed << ": " << answer.tilt_deg << " deg";
     const FirstAnswer trusted = ask(recording, trusting());
     tally.wrong_if_trusted += trusted.accepted && !(trusted.scale_error <= kWrong) ? 1 : 0;
   }

@@ -294,6 +294,23 @@ TEST_P(HostMethod, HoverIsStationaryWithGravityAndGyroBias) {
   }
 }
 
+// Twice as uncertain once there is no better attitude to wait for.
+TEST(Slim, EveryWindowAnswersForItsAttitude) {
+  for (const double interval_s : {0.15, 0.33}) {
+    ExactWindowOptions options;
+    options.interval_s = interval_s;
+    const ExactWindow exact = noisyWindow(options);
+    const InitResult result = makeSolver("slim")->solve(*exact.window);
+    const auto gate =
+        std::find_if(result.gates.begin(), result.gates.end(),
+                     [](const GateValue& one) { return one.name == GateName::kTiltSigma; });
+    ASSERT_NE(gate, result.gates.end()) << result.message;
+    EXPECT_TRUE(gate->enforced && gate->passed) << gate->value;
+    EXPECT_EQ(gate->threshold, interval_s < 0.2 ? 1.5 : 3.0);
+    EXPECT_EQ(gate->status_if_failed, InitStatus::kScaleTooUncertain);
+  }
+}
+
 // The result with all forces multiplied by a factor.
 InitResult withForces(double factor, Motion motion, unsigned seed) {
   ExactWindow exact = noisyWindow(motion, seed);

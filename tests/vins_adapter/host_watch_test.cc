@@ -267,6 +267,14 @@ TEST_F(AdapterInFlight, ASlowHostIsNotInDoubt) {
     EXPECT_EQ(frame.position_sigma > 0.0, k == 36) << k << ' ' << frame.message;
     EXPECT_FALSE(frame.suspect) << k;
   }
+  // The keyframes of a host at 10 Hz may be as far apart.
+  fly(exact_.imu, 28);
+  for (const int newest : {29, 36}) {
+    feed(newest, newest);
+    states = statesOf(newest, newest);
+    for (int k = 27; k > 0; k -= 3) states.insert(states.begin(), statesOf(k, k).front());
+    EXPECT_EQ(prepare(states).position_sigma > 0.0, newest == 36) << newest;
+  }
 }
 
 // A tracker loses many points in a dark scene: while most agree with the IMU the host is not in

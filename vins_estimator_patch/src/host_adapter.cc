@@ -400,10 +400,11 @@ struct HostAdapter::State {
     return over;
   }
 
-  double longestUnjudged(const std::vector<double>& stamps) const {
-    double shortest = HUGE_VAL;
-    for (std::size_t i = 1; i < stamps.size(); ++i) {
-      shortest = std::min(shortest, stamps[i] - stamps[i - 1]);
+  double longestUnjudged() const {
+    double shortest = kLongestUnjudged;
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+      const double interval = frames[i].t - frames[i - 1].t;
+      shortest = i == 1 ? interval : std::min(shortest, interval);
     }
     return std::max(kLongestUnjudged, kFramesUnjudged * shortest);
   }
@@ -413,7 +414,7 @@ struct HostAdapter::State {
   // data of an interval.
   bool dropBeforeGap(const std::vector<double>& stamps, std::vector<NavState>* optimized,
                      bool* uncertain) const {
-    const double unjudged = longestUnjudged(stamps);
+    const double unjudged = longestUnjudged();
     for (std::size_t i = optimized->size(); i-- > 0;) {
       const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
       *uncertain = *uncertain || gap > unjudged;
@@ -982,7 +983,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
   if (innovation.accusesImu() || moves) out.message = innovation.message;
   out.intervals = state.intervals(stamps);
   const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
-  if (damaged || moves || blind || t_j - t_i > state.longestUnjudged(stamps)) {
+  if (damaged || moves || blind || t_j - t_i > state.longestUnjudged()) {
     out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
     out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
   }

@@ -27,9 +27,9 @@ template <typename... Parts>
 [[noreturn]] void wrongKind(const std::string& key, const cv::FileNode& node,
                             const std::string& wanted);
 
-/// The value of `key` in `map`, empty if it is absent. Throws "KEY is given twice": OpenCV 4 keeps
-/// both, and its operator[] gives the first without a word. A key without a value at the end of a
-/// file, which OpenCV reads as the text "...", is absent.
+/// The value of `key` in `map`, empty if it is absent. Throws "KEY is given twice": OpenCV 4.6
+/// keeps both, and its operator[] gives the first without a word. A key without a value at the end
+/// of a file, which OpenCV reads as the text "...", is absent.
 cv::FileNode valueOf(const cv::FileNode& map, const std::string& key,
                      const std::string& prefix = "");
 

@@ -80,10 +80,10 @@ class IInitializer {
   /// agrees with a success, that success is the result. Otherwise the frames after the newest state
   /// that agrees are solved with this state as a prior: four keyframes can be enough, at constant
   /// velocity and in hover too. If none agrees, a success of the window alone is the result;
-  /// without one the newest state is the prior. Parts of a state that the data contradict are not
-  /// used and are named (InitResult::prior_dropped, message). Refusals are as for a start, plus
-  /// kInvalidInput if no state is finite, a rotation, within the buffer and without too long a gap
-  /// of the IMU after it.
+  /// without one the newest state is the prior. A part of a state that the data contradict is not
+  /// used and is named (InitResult::prior_dropped, message); the velocity, or two parts: a refusal.
+  /// Refusals are as for a start, plus kInvalidInput if no state is finite, a rotation, within the
+  /// buffer and without too long a gap of the IMU after it.
   ///
   /// An initializer that has no use for a prior ignores it.
   virtual InitResult initialize(const Priors& priors) = 0;

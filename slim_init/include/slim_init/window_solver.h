@@ -18,8 +18,8 @@ namespace slim_init {
 struct SolveRequest {
   /// State of the body at the first keyframe (`state.t` is its time): the estimate is in its world,
   /// and four keyframes can be enough, at constant velocity and in hover too. Parts of it that the
-  /// data contradict are not used and named in InitResult::prior_dropped; without the velocity it
-  /// is a refusal. Has to outlive the solve; null: not known.
+  /// data contradict are not used and named in InitResult::prior_dropped; without the velocity,
+  /// or without two parts, it is a refusal. Has to outlive the solve; null: not known.
   const StatePrior* first_state = nullptr;
   /// For a host that takes a prior, from a window that is too short to know its scale: kProvisional
   /// with the covariance of the states, or a refusal. Not with a first state.

@@ -52,7 +52,8 @@ void cleanLines(std::vector<LineObservation>& lines, StreamCounts& counts) {
       [&counts](LineObservation& line) {
         if (!normalizeBearing(line.start_bearing) || !normalizeBearing(line.end_bearing) ||
             !std::isfinite(line.length_px) || !std::isfinite(line.detection_confidence) ||
-            !std::isfinite(line.match_quality + line.start_row + line.end_row)) {
+            !std::isfinite(line.match_quality) || !std::isfinite(line.start_row) ||
+            !std::isfinite(line.end_row)) {
           ++counts.observations_not_finite;
           return false;
         }

@@ -118,9 +118,9 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
 
   // Noise from the residuals, then without what is beyond it.
   const TrackNoise noise = estimateNoise(first.residuals, map, options.min_sigma_px / focal);
-  map.reject(first.residuals, options.reject_sigmas * noise.sigma_point,
-             options.reject_sigmas * noise.sigma_line);
-  out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
+  const int behind = map.reject(first.residuals, options.reject_sigmas * noise.sigma_point,
+                                options.reject_sigmas * noise.sigma_line);
+  out.behind_fraction = static_cast<double>(behind) / std::max(handed_in, 1);
   map.setNoise(noise.sigma_point, noise.sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||
@@ -132,6 +132,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   const MapSummary summary = map.resume(options.max_iterations, options.tolerance, &out.state);
   if (!summary.valid) return out;
 
+  out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
   out.inertial_chi2 = summary.inertial_cost / (9.0 * (window.size() - 1));
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;

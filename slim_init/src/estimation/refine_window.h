@@ -31,8 +31,9 @@ struct RefinedWindow {
   double chi2 = 0.0;
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.
   double inertial_chi2 = 0.0;
-  /// Point observations kept, of those handed in; also where the second solve failed.
-  double inlier_fraction = kNotComputed;
+  double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
+  /// Of points behind the camera after the first solve; also if the second one failed.
+  double behind_fraction = 0.0;
   double sigma_px = 0.0;       ///< noise of a point estimated from the data, floored [px]
   double sigma_line_px = 0.0;  ///< the same of a line end point
   double cost = 0.0;           ///< of the first solve, comparable between starts on the same data

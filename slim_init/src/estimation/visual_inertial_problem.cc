@@ -607,15 +607,17 @@ MapResiduals VisualInertialProblem::residuals() const {
   return out;
 }
 
-void VisualInertialProblem::reject(MapResiduals now, double max_point, double max_line) {
-  // No point lies behind the camera, and most do where gravity and motion are turned about: it is
-  // as far away as it can be.
+int VisualInertialProblem::reject(MapResiduals now, double max_point, double max_line) {
+  // No point lies behind the camera, and most do if gravity and motion are turned about: it is as
+  // far away as it can be.
+  int behind = 0;
   ViewDerivatives<3> view;
   RowJacobian by_row;
   for (std::size_t t = 0; t < points_.ranges.size(); ++t) {
     PointParameters far = structure_.points[t];
     if (!(far.inverse_depth < 0.0)) continue;
     far.inverse_depth = 0.0;
+    behind += points_.ranges[t].size();
     for (int a = points_.ranges[t].begin; a < points_.ranges[t].end; ++a) {
       evaluateView(points_.views[a], far, final_state_, 1.0, &view, &by_row);
       now.points[a] = view.r.norm();
@@ -642,6 +644,7 @@ void VisualInertialProblem::reject(MapResiduals now, double max_point, double ma
   };
   filter(now.points, max_point, 2, &points_, &structure_.points);
   filter(now.lines, max_line, kMinLineViews, &lines_, &structure_.lines);
+  return behind;
 }
 
 }  // namespace slim_init

@@ -87,8 +87,8 @@ class VisualInertialProblem {
 
   /// Removes observations beyond the bounds [rad], and tracks left with fewer than two point or
   /// three line views. `now` as residuals() gave it; a point behind the camera counts as one at
-  /// infinity.
-  void reject(MapResiduals now, double max_point, double max_line);
+  /// infinity. Returns the views of such points.
+  int reject(MapResiduals now, double max_point, double max_line);
 
   /// What has become of the measured velocities, at the answer of minimize().
   SpeedUse speedUse() const;

@@ -121,15 +121,18 @@ void refine(RefinementInput* input, const std::vector<Track>& lines, bool again,
 // Again from another scale; whether the cost is lower there.
 bool refineAt(double log_ratio, const RefinementInput& input, const std::vector<Track>& lines,
               MetricEstimate* out) {
-  if (!input.budget.allows("the search of the most probable scale")) return false;
   const double ratio = std::exp(log_ratio);
   WindowState other = out->refined.state;
   other.p_b0 *= ratio;
   other.v_b0 *= ratio;
   RefinedWindow again = refineWindow(input, lines, other);
   if (!again.valid || !(again.cost < out->refined.cost)) return false;
-  adopt(input, std::move(again), out);
-  return out->posterior.valid;
+  MetricEstimate better = *out;
+  adopt(input, std::move(again), &better);
+  if (!better.posterior.valid) return false;
+  better.contradicts_biases = contradictsBiases(input, better);
+  *out = std::move(better);
+  return true;
 }
 
 }  // namespace
@@ -184,14 +187,16 @@ MetricEstimate estimateMetric(RefinementInput input, const TranslationEstimate& 
   if (out.posterior.valid && over_scales) {
     out.scale = integrateScale(scaleCostOf(input, out.refined));
     if (out.scale.valid && std::abs(out.scale.log_best) > ScaleProfile::kSameBasin &&
+        input.budget.allows("the search of the most probable scale") &&
         refineAt(out.scale.log_best, input, lines, &out)) {
       out.scale = integrateScale(scaleCostOf(input, out.refined));
     }
     out.posterior.valid = out.posterior.valid && out.scale.valid;
   } else if (out.posterior.valid && !has_state && can_pass) {
     out.profile = profileScale(scaleCostOf(input, out.refined));
+    // Without the work for it the gate on other scales decides.
     if (out.profile->valid && out.profile->cost_here - out.profile->cost > kBetterScale &&
-        refineAt(out.profile->log_ratio, input, lines, &out)) {
+        !input.budget.isUsedUp() && refineAt(out.profile->log_ratio, input, lines, &out)) {
       out.profile = profileScale(scaleCostOf(input, out.refined));
     }
   }

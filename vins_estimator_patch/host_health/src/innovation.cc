@@ -674,15 +674,15 @@ Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain
   damaged_ = result.accusesImu();
   agreed_ = !damaged_ && result.agree_imu >= kNearlyAll;
   if (result.culprit == Culprit::kImages) {
-    if (!(t - moved_ < kTrusted)) moves_since_ = t;
+    if (!(t - moved_ < kLongestBlind)) moves_since_ = t;
     moved_ = t;
   }
   // What moves in the images goes on as well.
   const bool of_imu = (damaged_ || result.culprit == Culprit::kNone) && !(t - moved_ < kTrusted);
   error_ = of_imu ? result.error : Vector6d::Zero();
   if (result.culprit == Culprit::kNone) {
-    const double share = frame.interval() / (kNoiseMemory + frame.interval());
-    noise_ = std::isnan(noise_) ? result.noise : noise_ + share * (result.noise - noise_);
+    const double weight = frame.interval() / (kNoiseMemory + frame.interval());
+    noise_ = std::isnan(noise_) ? result.noise : noise_ + weight * (result.noise - noise_);
     blind_since_ = kNotComputed;
   }
   moving_.clear();

@@ -86,9 +86,11 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
 }
 
 /// The encoding whose Bayer pattern starts the `format` of a sensor_msgs/CompressedImage
-/// ("bayer_rggb8; jpeg compressed "), or null. 8 and 16 bits have the same patterns.
+/// ("bayer_rggb8; jpeg compressed "), or null; also if it was converted to grey before ("compressed
+/// mono8"). 8 and 16 bits have the same patterns.
 inline const ImageEncoding* bayerPatternOf(const std::string& format) {
   constexpr std::size_t kLength = 10;  // of "bayer_rggb"
+  if (format.find("compressed mono") != std::string::npos) return nullptr;
   for (const ImageEncoding& known : kImageEncodings) {
     const std::string name = known.name;
     if (name.compare(0, 6, "bayer_") != 0) continue;

@@ -121,8 +121,8 @@ class InnovationMonitor {
   /// data between the optimized states are known to be damaged, or there were no images to judge
   /// them.
   Innovation judge(const InnovationInput& frame, bool uncertain = false);
-  /// Whether a part of the image has moved in a frame since `first` [s], for no more than 5 s: a
-  /// window from there on may have taken it for the scene.
+  /// Whether a part of the image has moved in a frame since `first` [s], and not for more than 5 s,
+  /// interruptions of less included: a window from there on may have taken it for the scene.
   bool imagesMoved(double first) const;
   /// The streams or the host have restarted.
   void reset();
@@ -146,7 +146,7 @@ class InnovationMonitor {
   Step before_;
   bool suspicious_ = false, damaged_ = false, agreed_ = false;
   Eigen::Matrix<double, 6, 1> error_ = Eigen::Matrix<double, 6, 1>::Zero();  // Innovation::error
-  // A part of the image did, without an interruption of kTrusted, from and to [s].
+  // A part of the image did, from and to [s]; interruptions of less than kLongestBlind count.
   double moves_since_ = kNotComputed, moved_ = kNotComputed;
   double blind_since_ = kNotComputed;  // [s]
   double noise_ = kNotComputed;        // of healthy frames
