@@ -303,7 +303,7 @@ void Solve::judgeForces(double mean_force, double behind_fraction) {
   if (mean_force < 0.5 * gravity && (!has_estimate || (bias_is_large_ && enforced))) {
     question = roundedText(2, "the mean specific force is ", mean_force, " m/s^2, gravity ",
                            gravity, ": is the accelerometer in g, or without gravity?");
-  } else if (!has_estimate && behind_fraction > 0.5) {
+  } else if ((!has_estimate || enforced) && behind_fraction > 0.5) {
     question = "most points are behind the camera: is the sign of the accelerometer inverted?";
   }
   if (question.empty()) return;
