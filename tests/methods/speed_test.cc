@@ -75,7 +75,8 @@ std::vector<SpeedSample> measure(const Wheel& wheel, const SpeedSensor& sensor,
   std::normal_distribution<double> gaussian(0.0, 1.0);
   std::vector<SpeedSample> samples;
   const int n = static_cast<int>(exact.truth.size());
-  for (int k = 0; k < n - wheel.left_out; ++k) {
+  const int first = wheel.left_out < 0 ? -wheel.left_out : 0;
+  for (int k = first; k < n - std::max(wheel.left_out, 0); ++k) {
     const NavState& state = exact.truth[k];
     const Eigen::Vector3d v_b =
         state.R_w_b.transpose() * state.v_w_b + rateAt(exact, state.t).cross(sensor.t_b_s);
@@ -174,6 +175,9 @@ TEST(Speed, NeedsSomeKeyframesAndSaysHowManyAreWithout) {
               left_out > 1)
         << "the newest keyframe is ahead of the newest velocity";
   }
+  Wheel wheel;
+  wheel.left_out = -1;
+  EXPECT_TRUE(warns(solve(exact, &wheel), "no measured velocity at 1 of 10"));
 }
 
 // Noise of 5 % at ten keyframes and the error that all have in common: 2.6 %, three of them.

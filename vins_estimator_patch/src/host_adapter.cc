@@ -401,10 +401,9 @@ struct HostAdapter::State {
   }
 
   double longestUnjudged() const {
-    double shortest = kLongestUnjudged;
+    double shortest = frames.size() > 1 ? HUGE_VAL : 0.0;
     for (std::size_t i = 1; i < frames.size(); ++i) {
-      const double interval = frames[i].t - frames[i - 1].t;
-      shortest = i == 1 ? interval : std::min(shortest, interval);
+      shortest = std::min(shortest, frames[i].t - frames[i - 1].t);
     }
     return std::max(kLongestUnjudged, kFramesUnjudged * shortest);
   }

@@ -148,9 +148,8 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
         "a slipping wheel, or an incorrect scale or extrinsic of the sensor");
   }
   // The newest keyframe is ahead of the newest velocity.
-  const std::vector<SpeedFactor> factors = speedFactors(window, 0.0);
-  const bool is_newest = !factors.empty() && factors.back().keyframe + 1 < window.size();
-  if (result->speeds.missing == (is_newest ? 1 : 0)) return;
+  const bool without_newest = window.speeds().back().t < window.times().back();
+  if (result->speeds.missing == (without_newest ? 1 : 0)) return;
   result->warnings.push_back(text("no measured velocity at ", result->speeds.missing, " of ",
                                   window.size(), " keyframes: none on both sides within ",
                                   InitWindow::kMaxSpeedGap, " s"));
