@@ -104,9 +104,7 @@ InitResult Solve::run() {
     // [3-5] Metric starts, maximum a posteriori estimate, posterior.
     if (state_ != nullptr) {
       // With less parallax points are directions.
-      priors.known->points_at_infinity =
-          !(motion.parallax_px >=
-            (in_flight_ ? options_.gates.min_parallax_px : options_.gates.min_least_parallax_px));
+      priors.known->points_at_infinity = !(motion.parallax_px >= options_.gates.min_parallax_px);
     }
     metric = estimateMetric({tracks, pre, options_.refinement, options_.inertial, budget_, priors},
                             translation, options_, canPass(), &clock);
@@ -166,21 +164,21 @@ WindowPriors Solve::priorsOf(const RotationStage& rotation) const {
 // And the gates on the motion. A state in flight vouches for the scale without any.
 void Solve::setBounds(const InitWindow& seen, const MotionMeasures& motion) {
   bounds_ = gatesInForce(options_.gates, seen, options_.window);
-  // Nothing checks the scale of a motion that has hardly begun.
-  if (provisional_ || (state_ != nullptr && motion.has_speeds)) {
-    bounds_.min_least_parallax_px = bounds_.min_parallax_px;
-  }
   if (in_flight_) return;
-  appendGates(plain_ ? motionGates(motion, bounds_) : parallaxGates(motion, bounds_), &result_);
+  if (plain_) {
+    appendGates(motionGates(motion, bounds_), &result_);
+  } else {
+    appendGates({parallaxGate(motion, bounds_)}, &result_);
+  }
 }
 
-// Where not even the least parallax is there, no estimate can be accepted, and none is returned of
+// Without parallax no estimate can be accepted, and none is returned of
 // a window at rest or in pure rotation, or before its scale is known: the status is known before
 // anything metric is estimated.
 bool Solve::endsWithoutTranslation() {
   if (options_.gates.mode == GateMode::kOff || state_ != nullptr) return false;
   return std::any_of(result_.gates.begin(), result_.gates.end(), [this](const GateValue& gate) {
-    return gate.name == GateName::kLeastParallax && !gate.passed &&
+    return gate.name == GateName::kParallax && !gate.passed &&
            (provisional_ || gate.status_if_failed == InitStatus::kStationary ||
             gate.status_if_failed == InitStatus::kPureRotation);
   });

@@ -33,6 +33,7 @@ const GateValue& find(const std::vector<GateValue>& gates, GateName name) {
 MotionMeasures goodMotion() {
   MotionMeasures motion;
   motion.parallax_px = 50.0;
+  motion.track_length = 9.0;
   motion.rotation_deg = 20.0;
   motion.excitation = 1.0;
   return motion;
@@ -48,6 +49,17 @@ TEST(MotionGates, ParallaxAndExcitationOnBothSides) {
     const GateValue gate = find(motionGates(motion, kOptions), GateName::kExcitation);
     EXPECT_EQ(gate.passed, share > 1.0);
     EXPECT_EQ(gate.status_if_failed, InitStatus::kTooLittleExcitation);
+  }
+}
+
+TEST(MotionGates, ShorterTracksNeedMoreParallax) {
+  MotionMeasures motion = goodMotion();
+  for (const double length : {4.0, 9.0, 16.0}) {
+    motion.track_length = length;
+    for (const double share : {0.999, 1.001}) {
+      motion.parallax_px = share * kOptions.min_parallax_px * 3.0 / std::sqrt(length);
+      EXPECT_EQ(parallaxGate(motion, kOptions).passed, share > 1.0) << length << " keyframes";
+    }
   }
 }
 
@@ -125,28 +137,45 @@ InitResult enforced(InitResult result, GateMode mode) {
   return result;
 }
 
-TEST(EnforceGates, WhereAllElsePassesTheLeastParallaxDecides) {
-  const double between = 0.5 * (kOptions.min_parallax_px + kOptions.min_least_parallax_px);
-  InitResult result = enforced(withGates(between, true), GateMode::kOwn);
-  EXPECT_FALSE(find(result.gates, GateName::kParallax).enforced);
-  EXPECT_TRUE(find(result.gates, GateName::kLeastParallax).enforced);
+// Whether the other gates pass or not, and whether there is an answer.
+TEST(EnforceGates, TheParallaxDecidesWhereItIsTooSmall) {
+  InitResult result = enforced(withGates(kOptions.min_parallax_px * 1.001, true), GateMode::kOwn);
+  EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
   EXPECT_TRUE(find(result.gates, GateName::kChi2).enforced);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
+  result = enforced(withGates(kOptions.min_parallax_px * 1.001, false), GateMode::kOwn);
+  EXPECT_EQ(result.status, InitStatus::kInconsistentResiduals);
 
-  result = enforced(withGates(kOptions.min_least_parallax_px * 0.999, true), GateMode::kOwn);
-  EXPECT_FALSE(find(result.gates, GateName::kParallax).enforced);
-  EXPECT_EQ(result.status, InitStatus::kStationary);
+  const double less = kOptions.min_parallax_px * 0.999;
+  for (const bool other_passes : {true, false}) {
+    result = enforced(withGates(less, other_passes), GateMode::kOn);
+    EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
+    EXPECT_EQ(result.status, InitStatus::kStationary);
+  }
   std::ostringstream bound;
-  bound << "(minimum " << kOptions.min_least_parallax_px << ")";
+  bound << "(minimum " << kOptions.min_parallax_px << ")";
   expectParts(result.message, bound.str());
-  // Another gate fails, or there is no answer: the larger bound counts.
-  result = enforced(withGates(between, false), GateMode::kOn);
-  EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
-  EXPECT_EQ(result.status, InitStatus::kStationary);
-  result = withGates(between, true);
+  result = withGates(less, true);
   result.states.clear();
   enforceGates(GateMode::kOn, &result);
   EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
+}
+
+// An exception has a reason, which the gate gives; every gate without one is enforced.
+TEST(EnforceGates, MeasuredVelocitiesExceptTheExcitation) {
+  for (const bool has_speeds : {false, true}) {
+    InitResult result = withGates(50.0, true);
+    MotionMeasures motion = goodMotion();
+    motion.excitation = 0.5 * kOptions.min_excitation;
+    motion.has_speeds = has_speeds;
+    result.gates = motionGates(motion, kOptions);
+    result = enforced(result, GateMode::kOwn);
+    const GateValue& gate = find(result.gates, GateName::kExcitation);
+    EXPECT_FALSE(gate.passed);
+    EXPECT_EQ(gate.enforced, !has_speeds);
+    EXPECT_EQ(gate.exception.empty(), !has_speeds);
+    EXPECT_EQ(result.success(), has_speeds) << result.message;
+  }
 }
 
 TEST(EnforceGates, SwitchedOffNoGateIsEnforced) {
@@ -342,12 +371,18 @@ std::vector<Eigen::Matrix3d> rotationsOf(const ExactWindow& exact) {
   return R;
 }
 
+MotionMeasures measured(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
+  MotionMeasures motion;
+  measureTracks(window, R_c0_ck, &motion);
+  return motion;
+}
+
 TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
   for (Motion motion : {Motion::kPureRotation, Motion::kExcited}) {
     ExactWindowOptions options;
     options.motion = motion;
     const ExactWindow exact = makeExactWindow(options);
-    const double parallax = medianParallaxPx(*exact.window, rotationsOf(exact));
+    const double parallax = measured(*exact.window, rotationsOf(exact)).parallax_px;
     // The camera sits 7 cm from the body's centre, so that turning moves it a little.
     if (motion == Motion::kPureRotation) {
       EXPECT_LT(parallax, kOptions.min_parallax_px);
@@ -367,7 +402,8 @@ TEST(Measures, ParallaxSeesMotionThatReturnsToItsStart) {
   const auto window = windowOf(exact, frames);
   std::vector<Eigen::Matrix3d> R = rotationsOf(exact);
   std::copy_n(R.begin(), 5, R.rbegin());
-  EXPECT_GT(medianParallaxPx(*window, R), 10.0);
+  EXPECT_GT(measured(*window, R).parallax_px, 10.0);
+  EXPECT_EQ(measured(*window, R).track_length, 10.0);
 }
 
 TEST(Measures, ParallaxWithoutTracksIsUnknown) {
@@ -375,7 +411,8 @@ TEST(Measures, ParallaxWithoutTracksIsUnknown) {
   options.points = 0;
   const ExactWindow exact = makeExactWindow(options);
   const std::vector<Eigen::Matrix3d> R(10, Eigen::Matrix3d::Identity());
-  EXPECT_TRUE(std::isnan(medianParallaxPx(*exact.window, R)));
+  EXPECT_TRUE(std::isnan(measured(*exact.window, R).parallax_px));
+  EXPECT_FALSE(parallaxGate(measured(*exact.window, R), kOptions).passed);
 }
 
 }  // namespace

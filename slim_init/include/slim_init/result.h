@@ -55,8 +55,7 @@ std::string withRemedy(const std::string& message, InitStatus status);
 
 /// The gates (docs/derivation.md, 6).
 enum class GateName {
-  kParallax,           ///< track motion without rotation, where another gate fails as well
-  kLeastParallax,      ///< the same where every other gate passes
+  kParallax,           ///< track motion without rotation
   kExcitation,         ///< deviation of the specific force from its mean
   kExtrinsicRotation,  ///< certain error of an extrinsic rotation that was known
   kExtrinsicSigma,     ///< standard deviation of one that was unknown
@@ -77,7 +76,7 @@ enum class GateName {
   kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };
 
-/// Stable lower-case name, used in files and messages: "parallax", "least_parallax", ...
+/// Stable lower-case name, used in files and messages: "parallax", "excitation", ...
 const char* toString(GateName name);
 
 /// One check: a measured number against its threshold.

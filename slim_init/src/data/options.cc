@@ -165,13 +165,10 @@ namespace {
 // Gates on the motion, whatever the method made of it.
 OptionTable motionGateTable(GateOptions* o) {
   return {
-      userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
-              "minimum of the median track motion after the rotation is removed: translation"),
-      advancedKey(
-          "min_least_parallax_px", &o->min_least_parallax_px, {0.0, 1e3}, "px",
-          "as min_parallax_px if every other gate of slim passes: the posterior decides better "
-          "whether a few pixels are enough, but without translation noise alone makes a small "
-          "definite shape"),
+      userKey(
+          "min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
+          "minimum of the median track motion after the rotation is removed, of tracks over nine "
+          "keyframes: translation. Shorter tracks average less noise and need more"),
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
               "minimum rms deviation of the specific force from its mean over the window; at "
               "constant velocity the scale is not observable"),

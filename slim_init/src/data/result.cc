@@ -44,7 +44,6 @@ constexpr StatusRow kStatuses[] = {
 // In the order of GateName.
 constexpr const char* kGates[] = {
     "parallax",
-    "least_parallax",
     "excitation",
     "extrinsic_rotation",
     "extrinsic_sigma",

@@ -62,8 +62,7 @@ void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
 MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
                              const std::vector<Eigen::Matrix3d>& R_b0_bk) {
   MotionMeasures motion;
-  motion.parallax_px =
-      medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
+  measureTracks(window, cameraRotations(R_b0_bk, window.calibration().R_b_c), &motion);
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   measureForce(pre, R_b0_bk, &motion);
   motion.has_speeds = static_cast<int>(speedFactors(window, 0.0).size()) >= kFewestSpeeds;

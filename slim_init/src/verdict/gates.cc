@@ -19,6 +19,9 @@
 namespace slim_init {
 namespace {
 
+// Keyframes of a track for which GateOptions::min_parallax_px is meant: the mean of so many
+// bearings is three times as good as one.
+constexpr double kTrackLength = 9.0;
 // Relative standard deviation of the scale of images and IMU below which the motion shows the
 // scale: at constant velocity it stays above (0.37 to none in the first half second).
 constexpr double kShownScaleSigma = 0.35;
@@ -117,9 +120,9 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
   return gate;
 }
 
-double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
-  std::vector<double> angles;
-  angles.reserve(window.pointTracks().size());
+void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                   MotionMeasures* motion) {
+  std::vector<double> angles, lengths;
   for (const Track& track : window.pointTracks()) {
     const WindowPoint& first = window.pointObservations()[track.begin];
     const Eigen::Vector3d u_first = R_c0_ck[first.keyframe] * first.bearing;
@@ -130,9 +133,11 @@ double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matri
       largest = std::max(largest, std::atan2(u_first.cross(u).norm(), u_first.dot(u)));
     }
     angles.push_back(largest);
+    lengths.push_back(track.size());
   }
-  if (angles.empty()) return kNotComputed;
-  return median(std::move(angles)) * window.calibration().focal_px;
+  if (angles.empty()) return;
+  motion->parallax_px = median(std::move(angles)) * window.calibration().focal_px;
+  motion->track_length = median(std::move(lengths));
 }
 
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk) {
@@ -191,7 +196,7 @@ double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, boo
   return measures.has_speeds && !waits ? posterior_sigma : alone;
 }
 
-std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
+GateValue parallaxGate(const MotionMeasures& motion, const GateOptions& options) {
   InitStatus no_motion = InitStatus::kStationary;
   if (motion.rotation_deg >= kMinRotationDeg) no_motion = InitStatus::kPureRotation;
   // Still tracks alone are no rest: a scene far away shows no parallax either.
@@ -200,14 +205,16 @@ std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOpt
   }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
-  return {makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
-                   atLeast(motion.parallax_px, options.min_parallax_px), no_motion),
-          makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
-                   atLeast(motion.parallax_px, options.min_least_parallax_px), no_motion)};
+  const double bound =
+      options.min_parallax_px * std::sqrt(kTrackLength / std::max(motion.track_length, 1.0));
+  return makeGate(GateName::kParallax,
+                  roundedText(2, "median rotation-compensated motion of the tracks over ",
+                              motion.track_length, " keyframes"),
+                  "px", atLeast(motion.parallax_px, bound), no_motion);
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
-  std::vector<GateValue> gates = parallaxGates(motion, options);
+  std::vector<GateValue> gates = {parallaxGate(motion, options)};
   gates.push_back(makeGate(GateName::kExcitation, "deviation of the specific force from its mean",
                            "m/s^2", atLeast(motion.excitation, options.min_excitation),
                            InitStatus::kTooLittleExcitation));
@@ -343,20 +350,7 @@ std::string describe(const GateValue& gate) {
 
 void enforceGates(GateMode mode, InitResult* result) {
   if (mode == GateMode::kOff) return;
-  const auto isParallax = [](const GateValue& gate) {
-    return gate.name == GateName::kParallax || gate.name == GateName::kLeastParallax;
-  };
-  bool others_passed = result->hasEstimate();
-  for (GateValue& gate : result->gates) {
-    gate.enforced = gate.exception.empty();
-    others_passed = others_passed && (gate.passed || !gate.enforced || isParallax(gate));
-  }
-  if (!others_passed) return;
-  for (GateValue& gate : result->gates) {
-    if (gate.name != GateName::kParallax) continue;
-    gate.enforced = false;
-    gate.exception = "all other gates passed: least_parallax decides";
-  }
+  for (GateValue& gate : result->gates) gate.enforced = gate.exception.empty();
 }
 
 void decide(bool enforce_all, InitResult* result) {

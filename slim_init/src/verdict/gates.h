@@ -50,7 +50,8 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
 
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
-  double parallax_px = kNotComputed;   ///< see medianParallaxPx()
+  double parallax_px = kNotComputed;   ///< see measureTracks()
+  double track_length = kNotComputed;  ///< median number of keyframes that see a point
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
   Eigen::Vector3d mean_force =
       Eigen::Vector3d::Zero();  ///< specific, over the window, in b0 [m/s^2]
@@ -60,10 +61,11 @@ struct MotionMeasures {
   bool has_speeds = false;  ///< measured velocities give the scale without excitation too
 };
 
-/// Median over the tracks of the largest rotation-compensated angle between the first observation
-/// and any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first
-/// camera.
-double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck);
+/// Medians over the tracks: their lengths, and the largest rotation-compensated angle between the
+/// first observation and any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`:
+/// camera k to first camera.
+void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                   MotionMeasures* motion);
 
 /// Largest rotation of any keyframe against the first [deg].
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
@@ -72,17 +74,18 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 void measureForce(const std::vector<Preintegration>& pre,
                   const std::vector<Eigen::Matrix3d>& R_b0_bk, MotionMeasures* motion);
 
-/// Gates on the motion: "parallax", "least_parallax" and "excitation". Tracks and IMU together
-/// classify a missing parallax: beyond kMinRotationDeg a pure rotation; with a steady specific
-/// force (below kMaxRestDeviation over 0.25 s means, so that a vibrating vehicle is at rest)
-/// stationary; with an unsteady one too little excitation of the camera, the scene is too far.
-/// Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are a
-/// slide at constant velocity and fail "excitation", which is not enforced with measured
+/// Gates on the motion: "parallax" and "excitation". Shorter tracks average less noise and need
+/// more parallax: without translation they have a small and definite shape made of noise. Tracks
+/// and IMU together classify a missing parallax: beyond kMinRotationDeg a pure rotation; with a
+/// steady specific force (below kMaxRestDeviation over 0.25 s means, so that a vibrating vehicle is
+/// at rest) stationary; with an unsteady one too little excitation of the camera, the scene is too
+/// far. Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are
+/// a slide at constant velocity and fail "excitation", which is not enforced with measured
 /// velocities.
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
-/// Of those the gates that a provisional answer needs: all but "excitation".
-std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options);
+/// Of those the gate that a provisional answer needs too.
+GateValue parallaxGate(const MotionMeasures& motion, const GateOptions& options);
 
 /// Gates on the calibration found, against the one handed in: "extrinsic_rotation"
 /// ("extrinsic_sigma" where it was unknown) and "time_offset", values are the certain part of each
@@ -171,10 +174,7 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, Motio
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);
 
-/// Enforces the gates of `slim`: all of them unless `mode` is kOff, with one exception. Where every
-/// other gate passes, "parallax" does not refuse, "least_parallax" does: the posterior knows better
-/// whether a few pixels are enough; a window without translation, though, has a small and definite
-/// shape made of noise (docs/derivation.md, 6).
+/// Enforces the gates of `slim` unless `mode` is kOff: all but those with an exception.
 void enforceGates(GateMode mode, InitResult* result);
 
 /// Sets status and message of `result` from its gates: the first enforced gate that failed decides;
