@@ -261,15 +261,15 @@ class PointTracker {
   Random noise_;
 };
 
-// The visible part of a segment in one image.
+// The visible part of a segment in one image. Its ends are pixel and inverse depth [1/m], which is
+// linear along it.
 struct LineView {
   bool visible = false;
-  Eigen::Vector2d start = Eigen::Vector2d::Zero();  // [px]
-  Eigen::Vector2d end = Eigen::Vector2d::Zero();    // [px]
-  double start_depth = 0.0;                         // [m]
-  double end_depth = 0.0;                           // [m]
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end = Eigen::Vector3d::Zero();
 
-  double length() const { return (end - start).norm(); }
+  double length() const { return (end - start).head<2>().norm(); }
+  Eigen::Vector3d at(double share) const { return start + share * (end - start); }
 };
 
 class LineTracker {
@@ -343,13 +343,13 @@ class LineTracker {
     }
     LineView view;
     if (from >= to) return view;
-    const Eigen::Vector3d a = start_c + from * step;
-    const Eigen::Vector3d b = start_c + to * step;
+    const auto end = [this](const Eigen::Vector3d& p_c) {
+      const Eigen::Vector2d pixel = project(options_.camera, p_c);
+      return Eigen::Vector3d(pixel.x(), pixel.y(), 1.0 / p_c.z());
+    };
     view.visible = true;
-    view.start = project(options_.camera, a);
-    view.end = project(options_.camera, b);
-    view.start_depth = a.z();
-    view.end_depth = b.z();
+    view.start = end(start_c + from * step);
+    view.end = end(start_c + to * step);
     return view;
   }
 
@@ -370,25 +370,15 @@ class LineTracker {
                 static_cast<double>(best_end) / (kOcclusionSamples - 1));
   }
 
-  // Depth at a share of the image segment: inverse depth is linear along it.
-  static double depthAt(const LineView& view, double share) {
-    return 1.0 / ((1.0 - share) / view.start_depth + share / view.end_depth);
-  }
-
+  // The place in c.
   Eigen::Vector3d placeAt(const LineView& view, double share) const {
-    const Eigen::Vector2d pixel = view.start + share * (view.end - view.start);
+    const Eigen::Vector3d at = view.at(share);
     const PinholeCamera& c = options_.camera;
-    return depthAt(view, share) *
-           Eigen::Vector3d((pixel.x() - c.cx) / c.fx, (pixel.y() - c.cy) / c.fy, 1.0);
+    return Eigen::Vector3d((at.x() - c.cx) / c.fx, (at.y() - c.cy) / c.fy, 1.0) / at.z();
   }
 
   static LineView part(const LineView& view, double from, double to) {
-    LineView result = view;
-    result.start = view.start + from * (view.end - view.start);
-    result.end = view.start + to * (view.end - view.start);
-    result.start_depth = depthAt(view, from);
-    result.end_depth = depthAt(view, to);
-    return result;
+    return {view.visible, view.at(from), view.at(to)};
   }
 
   // What the detector finds of a segment in this image.
@@ -448,7 +438,7 @@ class LineTracker {
   // share `to` where it lies outside the image by then. False where nothing of the line is inside.
   bool seeEnd(const Exposure& exposure, const LineView& view, double from, double to,
               Eigen::Vector2d* pixel) const {
-    *pixel = from < 0.5 ? view.start : view.end;
+    *pixel = (from < 0.5 ? view.start : view.end).head<2>();
     if (!exposure.rolling()) return true;
     const CameraPose& pose = exposure.middle();
     Sight sight;
