@@ -48,7 +48,7 @@ TEST_F(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
     EXPECT_EQ(window.keyframes, 10);
     EXPECT_NEAR(window.duration_s, 2.25, 1e-12);
     ASSERT_EQ(window.methods.size(), 1u);
-    EXPECT_TRUE(window.methods[0].attempted);
+    EXPECT_TRUE(window.methods[0].attempted());
     EXPECT_TRUE(window.methods[0].metrics.success()) << window.methods[0].metrics.failure;
     EXPECT_NEAR(window.methods[0].metrics.scale_error, 0.0, 1e-12);
     EXPECT_GE(window.methods[0].solve_ms, 0.0);
@@ -184,14 +184,14 @@ TEST_F(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   ProtocolResult result = runProtocol(sequence, {&refuses, &waits});
   ASSERT_FALSE(result.windows.empty());
   const MethodRecord& refused = result.windows[0].methods[0];
-  EXPECT_TRUE(refused.attempted);
+  EXPECT_TRUE(refused.attempted());
   EXPECT_TRUE(refused.metrics.success());
   EXPECT_FALSE(refused.accepted());
-  EXPECT_EQ(refused.scale_sigma, 0.2);
+  EXPECT_EQ(refused.answer.scale_sigma, 0.2);
   const MethodRecord& waiting = result.windows[0].methods[1];
-  EXPECT_FALSE(waiting.attempted);
+  EXPECT_FALSE(waiting.attempted());
   EXPECT_FALSE(waiting.metrics.success());
-  EXPECT_EQ(waiting.message, "2 tracks (minimum 8)");
+  EXPECT_EQ(waiting.answer.message, "2 tracks (minimum 8)");
 }
 
 TEST_F(Protocol, WithoutDataThereIsNoWindow) {
@@ -238,7 +238,7 @@ TEST_F(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
     EXPECT_TRUE(window.methods[1].metrics.success());
     // The last answer, where none was accepted.
     EXPECT_EQ(window.methods[2].keyframes, 10);
-    EXPECT_EQ(window.methods[2].status, InitStatus::kScaleTooUncertain);
+    EXPECT_EQ(window.methods[2].answer.status, InitStatus::kScaleTooUncertain);
   }
   // Asked at every image: once a trial, from 0.75 to 1.5 s, and to 2.25 s.
   EXPECT_EQ(early.times.size(), 8u);

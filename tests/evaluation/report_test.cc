@@ -18,9 +18,9 @@ namespace {
 
 MethodRecord record(InitStatus status, bool attempted, double scale, double solve_ms) {
   MethodRecord r;
-  r.status = status;
-  r.message = "said so";
-  r.attempted = attempted;
+  r.answer.status = status;
+  r.answer.message = "said so";
+  r.answer.states.resize(attempted ? 1 : 0);
   r.solve_ms = solve_ms;
   r.solve_cpu_ms = 0.5 * solve_ms;
   if (!attempted) {
@@ -218,12 +218,12 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
     window.methods.push_back(record(InitStatus::kSuccess, true, 1.0, 5.0));
   }
   MethodRecord& first = result.windows[0].methods[0];
-  first.scale_sigma = 0.25;
-  first.gates.resize(2);
-  first.gates[0].name = GateName::kScaleSigma;
-  first.gates[0].value = 0.25;
-  first.gates[1].name = GateName::kLinkage;
-  first.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
+  first.answer.scale_sigma = 0.25;
+  first.answer.gates.resize(2);
+  first.answer.gates[0].name = GateName::kScaleSigma;
+  first.answer.gates[0].value = 0.25;
+  first.answer.gates[1].name = GateName::kLinkage;
+  first.answer.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
   const Rows rows = parseCsv(windowsCsv(someRun(), result));
   ASSERT_EQ(rows.size(), 1u + 10u);
   for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size());
@@ -248,7 +248,7 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   EXPECT_EQ(rows[0][rows[0].size() - 3], "solve_cpu_ms");
   EXPECT_EQ(rows[0][rows[0].size() - 2], "solve_ms");
   EXPECT_EQ(rows[0].back(), "stages_ms");
-  first.message = "he said \"no\", twice,\nand left";
+  first.answer.message = "he said \"no\", twice,\nand left";
   expectParts(windowsCsv(someRun(), result), ",\"he said \"\"no\"\", twice,\nand left\",");
 }
 

@@ -319,7 +319,7 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
     EXPECT_NEAR(record.calibration.rotation_over_sigma, 1.0 / std::sqrt(3.0), 1e-9);
     EXPECT_TRUE(std::isnan(record.calibration.readout_s));        // a global shutter
     EXPECT_TRUE(std::isnan(record.calibration.readout_sigma_s));  // held as exact
-    EXPECT_EQ(record.warnings, std::vector<std::string>{"td is off"});
+    EXPECT_EQ(record.answer.warnings, std::vector<std::string>{"td is off"});
     EXPECT_FALSE(window.methods[1].calibration.computed());
   }
 }

@@ -169,34 +169,25 @@ WindowMetrics evaluateEstimate(const Sequence& sequence, const InitWindow& windo
 }
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
-                       const Sequence& sequence, ConsistencyCheck* answers, InitResult* returned) {
+                       const Sequence& sequence, ConsistencyCheck* answers) {
+  MethodRecord record;
+  InitResult& answer = record.answer;
   const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
-  *returned = solver.solve(window);
-  answers->judge(returned);
+  answer = solver.solve(window);
+  answers->judge(&answer);
   const auto end = std::chrono::steady_clock::now();
   const double cpu_end = threadCpuMs();
-  const InitResult& answer = *returned;
 
-  MethodRecord record;
   record.keyframes = window.size();
   record.data_s = window.times().back() - window.times().front();
   record.solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
   record.solve_cpu_ms = cpu_end - cpu_begin;
-  record.status = answer.status;
-  record.message = answer.message;
-  record.attempted = answer.hasEstimate();
   record.metrics = evaluateEstimate(sequence, window, answer, &record.without_truth);
-  record.scale_sigma = answer.scale_sigma;
-  record.noise_px = answer.track_noise.measured_px;
   if (answer.calibration.has_value()) {
     record.calibration = evaluateCalibration(*answer.calibration, sequence.trueCalibration());
   }
-  record.warnings = answer.warnings;
-  record.gates = answer.gates;
-  record.point_tracks = answer.counts.point_tracks;
-  record.line_tracks = answer.counts.line_tracks;
-  record.stages = answer.stages;
+  answer.covariance.resize(0, 0);  // of all that is kept by far the largest
   return record;
 }
 
@@ -232,14 +223,14 @@ CalibrationEstimate toldTo(const Calibration& calibration) {
 MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Sequence& sequence,
                        const ProtocolOptions& options) {
   MethodRecord record;
-  InitResult answer;
   ConsistencyCheck answers(options.window.fullSpan(),
                            options.first_keyframes > 0 ? ConsistencyCheck::kMaxDisagreement : 0.0);
   for (const auto& window : trial.cut.windows) {
-    record = runSolver(solver, *window, sequence, &answers, &answer);
+    record = runSolver(solver, *window, sequence, &answers);
     if (record.accepted()) break;
   }
   if (!options.downstream || !record.accepted()) return record;
+  InitResult answer = record.answer;
   if (!answer.calibration.has_value()) answer.calibration = toldTo(trial.calibration);
   record.downstream = options.downstream(sequence, answer);
   return record;

@@ -21,7 +21,7 @@ double velocity(const Record& r) { return r.metrics.velocity_rmse; }
 double velocityVector(const Record& r) { return r.metrics.velocity_vec_rmse; }
 double pose(const Record& r) { return r.metrics.pose_rmse; }
 double biasPercent(const Record& r) { return r.metrics.gyro_bias_err_pct; }
-double scaleOverSigma(const Record& r) { return r.metrics.scale_error / r.scale_sigma; }
+double scaleOverSigma(const Record& r) { return r.metrics.scale_error / r.answer.scale_sigma; }
 double tdMs(const Record& r) { return 1e3 * r.calibration.td_s; }
 double tdOverSigma(const Record& r) { return r.calibration.tdOverSigma(); }
 double rotation(const Record& r) { return r.calibration.rotation_deg; }
@@ -33,8 +33,8 @@ double lastScale(const Record& r) { return r.downstream.scale_error; }
 double cpuMs(const Record& r) { return r.solve_cpu_ms; }
 
 bool any(const Record& /*r*/) { return true; }
-bool attempted(const Record& r) { return r.attempted; }
-bool successful(const Record& r) { return r.attempted && r.metrics.success(); }
+bool attempted(const Record& r) { return r.attempted(); }
+bool successful(const Record& r) { return r.attempted() && r.metrics.success(); }
 bool accepted(const Record& r) { return r.accepted(); }
 bool evaluated(const Record& r) { return r.accepted() && r.metrics.computed(); }
 bool within10(const Record& r) { return evaluated(r) && scaleError(r) < 0.1; }
@@ -134,7 +134,7 @@ SubsetSummary subsetOf(const std::vector<const Record*>& records, bool has_truth
     const bool is_count = one.reduce == nullptr && one.of == nullptr;
     summary.figures.push_back({one.key, one.ofWindows(records, has_truth), is_count});
   }
-  for (const Record* record : records) ++summary.statuses[toString(record->status)];
+  for (const Record* record : records) ++summary.statuses[toString(record->answer.status)];
   return summary;
 }
 

@@ -66,15 +66,16 @@ Columns windowColumns(const RunInfo& info, const WindowRecord& window) {
 }
 
 Columns methodColumns(const std::string& method, const MethodRecord& record) {
+  const InitResult& answer = record.answer;
   const WindowMetrics& metrics = record.metrics;
   const CalibrationErrors& calibration = record.calibration;
   const DownstreamRecord& downstream = record.downstream;
   return {{"method", csvText(method)},
-          {"status", toString(record.status)},
+          {"status", toString(answer.status)},
           {"answer_keyframes", std::to_string(record.keyframes)},
           {"answer_s", csvNumber(record.data_s)},
-          {"attempted", yesNo(record.attempted)},
-          {"success", yesNo(record.attempted && metrics.success())},
+          {"attempted", yesNo(record.attempted())},
+          {"success", yesNo(record.attempted() && metrics.success())},
           {"scale", csvNumber(metrics.scale)},
           {"scale_error", csvNumber(metrics.scale_error)},
           {"gravity_error_deg", csvNumber(metrics.gravity_error_deg)},
@@ -83,7 +84,7 @@ Columns methodColumns(const std::string& method, const MethodRecord& record) {
           {"pose_rmse", csvNumber(metrics.pose_rmse)},
           {"gyro_bias_err_pct", csvNumber(metrics.gyro_bias_err_pct)},
           {"gyro_bias_vec_err", csvNumber(metrics.gyro_bias_vec_err)},
-          {"scale_sigma", csvNumber(record.scale_sigma)},
+          {"scale_sigma", csvNumber(answer.scale_sigma)},
           {"td_error_ms", csvNumber(1e3 * calibration.td_s)},
           {"td_sigma_ms", csvNumber(1e3 * calibration.td_sigma_s)},
           {"rotation_error_deg", csvNumber(calibration.rotation_deg)},
@@ -91,12 +92,12 @@ Columns methodColumns(const std::string& method, const MethodRecord& record) {
           {"rotation_over_sigma", csvNumber(calibration.rotation_over_sigma)},
           {"readout_error_ms", csvNumber(1e3 * calibration.readout_s)},
           {"readout_sigma_ms", csvNumber(1e3 * calibration.readout_sigma_s)},
-          {"noise_px", csvNumber(record.noise_px)},
-          {"warnings", csvText(joined(record.warnings, " | "))},
-          {"point_tracks", std::to_string(record.point_tracks)},
-          {"line_tracks", std::to_string(record.line_tracks)},
-          {"gates", csvText(gatesText(record.gates))},
-          {"message", csvText(record.message)},
+          {"noise_px", csvNumber(answer.track_noise.measured_px)},
+          {"warnings", csvText(joined(answer.warnings, " | "))},
+          {"point_tracks", std::to_string(answer.counts.point_tracks)},
+          {"line_tracks", std::to_string(answer.counts.line_tracks)},
+          {"gates", csvText(gatesText(answer.gates))},
+          {"message", csvText(answer.message)},
           {"not_evaluated", csvText(metrics.failure)},
           {"downstream", yesNo(downstream.ran)},
           {"downstream_s", downstream.ran ? csvNumber(downstream.seconds) : ""},
@@ -107,7 +108,7 @@ Columns methodColumns(const std::string& method, const MethodRecord& record) {
           // Times come last: without the last three columns equal runs give equal bytes.
           {"solve_cpu_ms", csvNumber(record.solve_cpu_ms)},
           {"solve_ms", csvNumber(record.solve_ms)},
-          {"stages_ms", csvText(stagesText(record.stages))}};
+          {"stages_ms", csvText(stagesText(answer.stages))}};
 }
 
 Json jsonTracking(const TrackingSummary& tracking) {

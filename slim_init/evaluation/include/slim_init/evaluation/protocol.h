@@ -66,29 +66,22 @@ struct ProtocolOptions {
 
 /// What one method said about one window.
 struct MethodRecord {
-  InitStatus status = InitStatus::kInvalidInput;
-  std::string message;
-  bool attempted = false;  ///< an estimate was returned, whatever its status
-  int keyframes = 0;       ///< of the window solved; fewer than WindowRecord's where it accepted
-  double data_s = 0.0;     ///< first to last keyframe of that window [s]
+  InitResult answer;    ///< without its covariance
+  int keyframes = 0;    ///< of the window solved; fewer than WindowRecord's where it accepted
+  double data_s = 0.0;  ///< first to last keyframe of that window [s]
   WindowMetrics metrics;
   /// The result has a state where there is no ground truth, as near to the window as a correction
   /// of td may take it: it cannot be judged.
   bool without_truth = false;
-  double scale_sigma = kNotComputed;
-  double noise_px = kNotComputed;     ///< InitResult::TrackNoise::measured_px
-  CalibrationErrors calibration;      ///< of a method that estimates it
-  std::vector<std::string> warnings;  ///< InitResult::warnings
-  std::vector<GateValue> gates;
-  int point_tracks = 0;
-  int line_tracks = 0;
+  CalibrationErrors calibration;   ///< of a method that estimates it
   double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
   /// CPU time of the calling thread over the same call: what the machine does besides is not in it.
   double solve_cpu_ms = kNotComputed;
-  std::vector<StageTime> stages;  ///< as the method reports them, wall times
-  DownstreamRecord downstream;    ///< of an accepted estimate, where an estimator was run
+  DownstreamRecord downstream;  ///< of an accepted estimate, where an estimator was run
 
-  bool accepted() const { return status == InitStatus::kSuccess; }
+  /// An estimate was returned, whatever its status.
+  bool attempted() const { return answer.hasEstimate(); }
+  bool accepted() const { return answer.success(); }
 };
 
 /// One window (the longest of its trial) and every method's estimate, in the order of
