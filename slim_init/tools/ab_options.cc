@@ -2,9 +2,8 @@
 #include "ab_options.h"
 
 #include <algorithm>
-#include <cerrno>
+#include <boost/lexical_cast/try_lexical_convert.hpp>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <sstream>
 #include <type_traits>
@@ -52,21 +51,13 @@ std::string allowedText(const AbOption& option) {
          numberText(option.min) + ", " + numberText(option.max) + "]";
 }
 
-/// Reads all of `text` as a T; the range is the caller's.
+/// Reads all of `text` as a number in [min, max].
 template <typename T>
 bool readNumber(const std::string& text, double min, double max, T* value) {
-  char* end = nullptr;
-  errno = 0;
-  if constexpr (std::is_integral_v<T>) {
-    const long long number = std::strtoll(text.c_str(), &end, 10);
-    if (errno != 0 || text.empty() || *end != '\0') return false;
-    if (number < static_cast<long long>(min) || number > static_cast<long long>(max)) return false;
-    *value = static_cast<T>(number);
-  } else {
-    const double number = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(number >= min && number <= max)) return false;  // no NaN
-    *value = number;
-  }
+  std::conditional_t<std::is_integral_v<T>, std::int64_t, double> number = 0;
+  const bool is_number = boost::conversion::try_lexical_convert(text, number);
+  if (!is_number || !(number >= min && number <= max)) return false;  // no NaN
+  *value = static_cast<T>(number);
   return true;
 }
 
