@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "ab_options.h"
-#include "ablation.h"
 #include "exit_code.h"
 #include "load_sequence.h"
+#include "methods.h"
 #include "progress_bar.h"
 #include "python_report.h"
 #include "slim_init/evaluation/protocol.h"

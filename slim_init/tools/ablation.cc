@@ -1,8 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "ablation.h"
-
+//
+// The methods of a run, and what they are worth with one ingredient changed.
 #include <utility>
 
+#include "ab_options.h"
 #include "exit_code.h"
 #include "methods.h"
 

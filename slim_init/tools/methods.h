@@ -11,6 +11,8 @@
 
 namespace slim_init::tools {
 
+struct AbOptions;
+
 /// baselines::allMethods(), or baselines::methods() in a build without Ceres or OpenCV.
 const std::vector<baselines::Method>& knownMethods();
 
@@ -21,5 +23,14 @@ const std::vector<std::string>& methodNames();
 std::unique_ptr<WindowSolver> makeKnownMethod(
     const std::string& name, const InitializerOptions& options,
     const baselines::BaselineOptions& baseline_options = {}, std::string* error = nullptr);
+
+/// A method as it is run and reported.
+struct Method {
+  std::unique_ptr<WindowSolver> solver;  ///< its name() is the name in the report
+  std::string note;                      ///< of a variant
+};
+
+/// The methods of --methods, each followed by its variants with --ablation (ablation.cc).
+std::vector<Method> makeMethods(const AbOptions& options);
 
 }  // namespace slim_init::tools
