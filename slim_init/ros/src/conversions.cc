@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slim_init/host_health/imu_propagation.h"
+
 namespace slim_init::node {
 namespace {
 
@@ -69,12 +71,6 @@ double tdOf(const InitResult& result, const ResultContext& context) {
 // Stamp of the image of one of the answer's states.
 ros::Time stampOf(const NavState& state, const InitResult& result, const ResultContext& context) {
   return rosTime(context.clock.stampNs(state.t - tdOf(result, context)));
-}
-
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
 }
 
 template <typename Array>
@@ -189,7 +185,7 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
   pose.block<3, 3>(3, 0) = R;  // about the axes of the world
   fill(pose * P * pose.transpose(), &message.pose.covariance);
   Eigen::Matrix<double, 6, 9> twist = Eigen::Matrix<double, 6, 9>::Zero();
-  twist.block<3, 3>(0, 0) = skew(v_b);  // v_b = R' v_w
+  twist.block<3, 3>(0, 0) = host_health::skewOf(v_b);  // v_b = R' v_w
   twist.block<3, 3>(0, 6) = R.transpose();
   fill(twist * P * twist.transpose(), &message.twist.covariance);
   return message;

@@ -8,32 +8,32 @@
 #include "slim_init/text.h"
 
 namespace slim_init::node {
+namespace {
+
+const char* kindOf(const std::string&) { return "a text"; }
+const char* kindOf(bool) { return "true or false"; }
+const char* kindOf(int) { return "a whole number"; }
+const char* kindOf(double) { return "a number"; }
+
+}  // namespace
 
 void NodeParameters::problem(const std::string& message) {
   if (problem_.empty()) problem_ = message;
 }
 
 template <typename T>
-void NodeParameters::readAs(const std::string& name, const char* kind, T* value) {
+void NodeParameters::read(const std::string& name, T* value) {
   known_.push_back(name);
   if (handle_.hasParam(name) && !handle_.getParam(name, *value)) {
-    problem("~" + name + " must be " + kind);
+    problem("~" + name + " must be " + kindOf(*value));
   }
   lines_.push_back(text(std::boolalpha, "~", name, ": ", *value));
 }
 
-void NodeParameters::read(const std::string& name, std::string* value) {
-  readAs(name, "a text", value);
-}
-void NodeParameters::read(const std::string& name, bool* value) {
-  readAs(name, "true or false", value);
-}
-void NodeParameters::read(const std::string& name, int* value) {
-  readAs(name, "a whole number", value);
-}
-void NodeParameters::read(const std::string& name, double* value) {
-  readAs(name, "a number", value);
-}
+template void NodeParameters::read(const std::string&, std::string*);
+template void NodeParameters::read(const std::string&, bool*);
+template void NodeParameters::read(const std::string&, int*);
+template void NodeParameters::read(const std::string&, double*);
 
 void NodeParameters::acceptUnused(const std::string& name) {
   known_.push_back(name);

@@ -19,11 +19,9 @@ class NodeParameters {
   explicit NodeParameters(const ros::NodeHandle& private_handle) : handle_(private_handle) {}
 
   /// Reads ~name where it is set, else leaves `value` as its default. A value of another type is
-  /// the problem that check() returns.
-  void read(const std::string& name, std::string* value);
-  void read(const std::string& name, bool* value);
-  void read(const std::string& name, int* value);
-  void read(const std::string& name, double* value);
+  /// the problem that check() returns. Of a text, a switch or a number.
+  template <typename T>
+  void read(const std::string& name, T* value);
 
   /// A parameter that launch files of another node pass, in whose place this one can stand: not
   /// refused and of no effect.
@@ -43,8 +41,6 @@ class NodeParameters {
   void log() const;
 
  private:
-  template <typename T>
-  void readAs(const std::string& name, const char* kind, T* value);
   void problem(const std::string& message);
 
   ros::NodeHandle handle_;
