@@ -6,7 +6,6 @@
 
 #include "checks.h"
 #include "reference_so3.h"
-#include "slim_init/host_health/calibration_lines.h"
 #include "slim_init/text.h"
 
 namespace slim_init::evaluation {
@@ -225,11 +224,9 @@ bool checkTranslation(const DoctorData& data, const CalibrationEstimate& a, bool
 /// Lines for the parts that are off; the others stay as the file has them.
 std::string linesFor(const DoctorData& data, CalibrationEstimate found, bool td, bool rotation,
                      bool translation) {
-  host_health::FileCalibration file;
-  file.calibration = data.calibration;
-  file.extrinsic_in_one_matrix = data.extrinsic_in_one_matrix;
-  file.has_rotation = data.has_rotation || !rotation;
-  file.has_translation = data.has_translation || !translation;
+  host_health::FileCalibration file = data;
+  file.has_rotation = file.has_rotation || !rotation;
+  file.has_translation = file.has_translation || !translation;
   if (!rotation) found.R_b_c = data.calibration.R_b_c;
   if (!td) found.td = data.calibration.td;
   if (!translation) found.t_b_c = data.calibration.t_b_c;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/host_health/calibration_lines.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"
@@ -96,15 +97,10 @@ struct ImageFacts {
   bool right_size = true;         ///< the configured one
 };
 
-/// Input of the doctor. Times count from any common zero; streams ascend in time.
-struct DoctorData {
+/// Input of the doctor: the calibration as configured, which is checked, and the data. Times count
+/// from any common zero; streams ascend in time.
+struct DoctorData : host_health::FileCalibration {
   std::string name;
-  Calibration calibration;  ///< as configured: this is checked
-  /// How the file has the extrinsic, for lines to paste: as one matrix body_T_cam0, and whether it
-  /// has either part (both may be absent where nothing is known).
-  bool extrinsic_in_one_matrix = false;
-  bool has_rotation = true;
-  bool has_translation = true;
   std::vector<ImuSample> imu;
   Disorder imu_disorder;             ///< of the whole recording, as image_disorder
   std::size_t imu_beyond_limit = 0;  ///< samples of the recording that are not in `imu`
