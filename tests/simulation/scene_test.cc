@@ -88,7 +88,7 @@ TEST(MakeScene, CorridorLiesAlongThePath) {
     end[axis] = 20.0;
     Scene scene;
     ASSERT_TRUE(makeScene({"corridor", 1}, {Vector3d(0, 0, 1.5), end}, &scene, nullptr));
-    const Vector3d size = scene.hull.max - scene.hull.min;
+    const Vector3d size = scene.hull.max() - scene.hull.min();
     EXPECT_GT(size[axis], 30.0);
     EXPECT_LT(size[1 - axis], 2.5);
     int doors = 0;

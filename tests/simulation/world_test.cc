@@ -13,15 +13,12 @@ namespace {
 constexpr double kRounding = 1e-9;  // [m]
 
 bool inside(const Box& box, const Eigen::Vector3d& p, double grow) {
-  return (p.array() >= box.min.array() - grow).all() && (p.array() <= box.max.array() + grow).all();
-}
-
-double distance(const Box& box, const Eigen::Vector3d& p) {
-  return (p - p.cwiseMax(box.min).cwiseMin(box.max)).norm();
+  return (p.array() >= box.min().array() - grow).all() &&
+         (p.array() <= box.max().array() + grow).all();
 }
 
 double wallDistance(const Box& hull, const Eigen::Vector3d& p) {
-  return std::min((p - hull.min).minCoeff(), (hull.max - p).minCoeff());
+  return std::min((p - hull.min()).minCoeff(), (hull.max() - p).minCoeff());
 }
 
 // A loop of radius 1.5 m about (x, y, 1.5).
@@ -92,9 +89,9 @@ TEST_P(EveryWorld, EverythingIsInsideTheHull) {
       ASSERT_TRUE(inside(world.hull, s.end, kRounding)) << s.end.transpose();
     }
     for (const Box& box : world.obstacles) {
-      EXPECT_TRUE((box.min.array() < box.max.array()).all());
-      EXPECT_TRUE(inside(world.hull, box.min, kRounding));
-      EXPECT_TRUE(inside(world.hull, box.max, kRounding));
+      EXPECT_TRUE((box.min().array() < box.max().array()).all());
+      EXPECT_TRUE(inside(world.hull, box.min(), kRounding));
+      EXPECT_TRUE(inside(world.hull, box.max(), kRounding));
     }
   }
 }
@@ -105,7 +102,7 @@ TEST_P(EveryWorld, KeepsClearOfThePath) {
     const World world = makeWorld(optionsOf(GetParam().kind, seed), GetParam().path);
     for (const Eigen::Vector3d& p : GetParam().path) {
       ASSERT_GE(wallDistance(world.hull, p), GetParam().margin - kRounding);
-      for (const Box& box : world.obstacles) ASSERT_GE(distance(box, p), kObstacleClearance);
+      for (const Box& box : world.obstacles) ASSERT_GE(box.exteriorDistance(p), kObstacleClearance);
     }
   }
 }
@@ -115,8 +112,9 @@ TEST_P(EveryWorld, PointsStandOnSurfacesAndNotInsideObstacles) {
   int on_obstacle = 0;
   int off_wall = 0;
   for (const Eigen::Vector3d& p : world.points) {
-    const bool on_box = std::any_of(world.obstacles.begin(), world.obstacles.end(),
-                                    [&](const Box& box) { return distance(box, p) < kRounding; });
+    const bool on_box =
+        std::any_of(world.obstacles.begin(), world.obstacles.end(),
+                    [&](const Box& box) { return box.exteriorDistance(p) < kRounding; });
     const double from_wall = wallDistance(world.hull, p);
     if (on_box) {
       ++on_obstacle;
@@ -125,8 +123,8 @@ TEST_P(EveryWorld, PointsStandOnSurfacesAndNotInsideObstacles) {
       if (from_wall > kRounding) ++off_wall;
     }
     for (Box box : world.obstacles) {
-      box.min.array() += 1e-6;
-      box.max.array() -= 1e-6;
+      box.min().array() += 1e-6;
+      box.max().array() -= 1e-6;
       ASSERT_FALSE(inside(box, p, 0.0)) << p.transpose();
     }
   }
@@ -186,11 +184,12 @@ INSTANTIATE_TEST_SUITE_P(Worlds, EveryWorld, testing::ValuesIn(cases()),
 
 TEST(World, HasTheNaturalSizeAndFurnitureOfItsKind) {
   const World room = makeWorld(optionsOf("room"), loop());
-  EXPECT_TRUE((room.hull.max - room.hull.min).isApprox(Eigen::Vector3d(8, 8, 4), 1e-3));
+  EXPECT_TRUE((room.hull.max() - room.hull.min()).isApprox(Eigen::Vector3d(8, 8, 4), 1e-3));
   const World hall = makeWorld(optionsOf("hall"), loop());
-  EXPECT_TRUE((hall.hull.max - hall.hull.min).isApprox(Eigen::Vector3d(20, 15, 8), 1e-3));
+  EXPECT_TRUE((hall.hull.max() - hall.hull.min()).isApprox(Eigen::Vector3d(20, 15, 8), 1e-3));
   const World corridor = makeWorld(optionsOf("corridor"), walk(1, 40.0));
-  EXPECT_TRUE((corridor.hull.max - corridor.hull.min).isApprox(Eigen::Vector3d(2, 60, 2.7), 2e-3));
+  EXPECT_TRUE(
+      (corridor.hull.max() - corridor.hull.min()).isApprox(Eigen::Vector3d(2, 60, 2.7), 2e-3));
   EXPECT_GE(room.obstacles.size(), 4U);
   EXPECT_GE(hall.obstacles.size(), 8U);
   EXPECT_TRUE(corridor.obstacles.empty());
@@ -241,8 +240,8 @@ TEST(World, CorridorOfAStillPathRunsAlongX) {
   // Millimetres of wobble, more of it in y, say nothing about a direction.
   const World world = makeWorld(optionsOf("corridor"),
                                 {{0.001, -0.002, 1.5}, {0.0, 0.002, 1.5}, {-0.001, 0.0, 1.5}});
-  EXPECT_GT(world.hull.max.x() - world.hull.min.x(), 19.0);
-  EXPECT_LT(world.hull.max.y() - world.hull.min.y(), 2.1);
+  EXPECT_GT(world.hull.max().x() - world.hull.min().x(), 19.0);
+  EXPECT_LT(world.hull.max().y() - world.hull.min().y(), 2.1);
 }
 
 TEST(World, WithoutAPathStandsAboutTheOrigin) {

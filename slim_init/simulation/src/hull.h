@@ -14,6 +14,9 @@ namespace slim_init::simulation {
 /// Smallest box around the finite places of a path; a box without size at zero if there are none.
 Box boundsOf(const std::vector<Eigen::Vector3d>& path_w);
 
+/// The box with all its sides moved outwards [m].
+Box grown(const Box& box, double by);
+
 /// Axis of the longest horizontal extent; x, which the built-in motions face, where the extents are
 /// much the same.
 int longAxis(const Box& box);

@@ -23,12 +23,12 @@ void addLampGrid(SceneBuilder* b, const Box& hull, double spacing, double size, 
                  double reach) {
   const int lamp = b->look(glowing(0.95));
   const int rim = b->look(plain(0.5));
-  const Vector3d extent = hull.max - hull.min;
+  const Vector3d extent = hull.max() - hull.min();
   const auto grid = [&](int nx, int ny, const auto& place) {
     for (int i = 0; i < nx; ++i) {
       for (int j = 0; j < ny; ++j) {
-        place(Vector3d(hull.min.x() + (i + 0.5) * extent.x() / nx,
-                       hull.min.y() + (j + 0.5) * extent.y() / ny, hull.max.z()));
+        place(Vector3d(hull.min().x() + (i + 0.5) * extent.x() / nx,
+                       hull.min().y() + (j + 0.5) * extent.y() / ny, hull.max().z()));
       }
     }
   };
@@ -82,8 +82,8 @@ void addGirders(SceneBuilder* b, const Box& hull) {
       part(u - 0.02, u + 0.02, 0.03, 0.27);
       part(u - 0.15, u + 0.15, 0.27, 0.30);
       if (wall.normal != 1 || wall.inward < 0) continue;
-      Vector3d min(u - 0.12, hull.min.y(), b->ceiling() - 0.45);
-      Vector3d max(u + 0.12, hull.max.y(), b->ceiling() - 0.15);
+      Vector3d min(u - 0.12, hull.min().y(), b->ceiling() - 0.45);
+      Vector3d max(u + 0.12, hull.max().y(), b->ceiling() - 0.15);
       if (b->clearOfPath({min, max}, kFurnitureClearance)) b->box("beam", min, max, steel);
     }
   }
@@ -146,12 +146,12 @@ void buildHall(SceneBuilder* b, Scene* scene) {
   const int paint = b->look(plain(0.8));
   const Box& h = scene->hull;
   for (int i = 0; i < 4; ++i) {
-    const double y = random.uniform(h.min.y() + 1.0, h.max.y() - 1.0);
-    b->box("lane", {h.min.x(), y, h.min.z() - kEmbed}, {h.max.x(), y + 0.1, h.min.z() + 0.002},
-           paint);
-    const double x = random.uniform(h.min.x() + 1.0, h.max.x() - 1.0);
-    b->box("lane", {x, h.min.y(), h.min.z() - kEmbed}, {x + 0.1, h.max.y(), h.min.z() + 0.003},
-           paint);
+    const double y = random.uniform(h.min().y() + 1.0, h.max().y() - 1.0);
+    b->box("lane", {h.min().x(), y, h.min().z() - kEmbed},
+           {h.max().x(), y + 0.1, h.min().z() + 0.002}, paint);
+    const double x = random.uniform(h.min().x() + 1.0, h.max().x() - 1.0);
+    b->box("lane", {x, h.min().y(), h.min().z() - kEmbed},
+           {x + 0.1, h.max().y(), h.min().z() + 0.003}, paint);
   }
 }
 
@@ -160,19 +160,19 @@ void addCorridorLamps(SceneBuilder* b, const Box& hull, int along) {
   constexpr double kSpacing = 2.8;  // [m]
   const int lamp = b->look(glowing(0.95));
   const int rim = b->look(plain(0.35));
-  const double middle = 0.5 * (hull.min[1 - along] + hull.max[1 - along]);
+  const double middle = 0.5 * (hull.min()[1 - along] + hull.max()[1 - along]);
   int count = 0;
-  for (double s = hull.min[along] + 1.5; s < hull.max[along] - 1.0; s += kSpacing) {
+  for (double s = hull.min()[along] + 1.5; s < hull.max()[along] - 1.0; s += kSpacing) {
     Box box = boxAlong(along, {s - 0.6, s + 0.6}, {middle - 0.15, middle + 0.15},
-                       {hull.max.z() - 0.05, hull.max.z() + kEmbed});
+                       {hull.max().z() - 0.05, hull.max().z() + kEmbed});
     b->box("lamp", box, lamp);
-    box.min += Vector3d(-0.025, -0.025, 0.01);
-    box.max += Vector3d(0.025, 0.025, 0.0);
+    box.min() += Vector3d(-0.025, -0.025, 0.01);
+    box.max() += Vector3d(0.025, 0.025, 0.0);
     b->box("lamp rim", box, rim);
     if (count++ % 2 == 1) continue;
-    Vector3d light = 0.5 * (box.min + box.max);
+    Vector3d light = 0.5 * (box.min() + box.max());
     light[along] += 0.5 * kSpacing;
-    light.z() = hull.max.z() - 0.35;
+    light.z() = hull.max().z() - 0.35;
     b->light(light, 0.32, 2.8);
   }
 }

@@ -173,17 +173,17 @@ void addCupboard(SceneBuilder* b) {
   // Doors stand 1 cm proud on all four long sides, so that whichever is seen has them.
   const int door = b->look(plain(random.uniform(0.25, 0.65)));
   const int knob = b->look(plain(0.1));
-  const double half = 0.5 * (place.max[axis] - place.min[axis]);
+  const double half = 0.5 * (place.max()[axis] - place.min()[axis]);
   for (int i = 0; i < 2; ++i) {
-    const Box leaf =
-        boxAlong(axis, {place.min[axis] + i * half + 0.03, place.min[axis] + (i + 1) * half - 0.03},
-                 {place.min[1 - axis] - 0.01, place.max[1 - axis] + 0.01},
-                 {place.min.z() + 0.08, place.max.z() - 0.05});
+    const Box leaf = boxAlong(
+        axis, {place.min()[axis] + i * half + 0.03, place.min()[axis] + (i + 1) * half - 0.03},
+        {place.min()[1 - axis] - 0.01, place.max()[1 - axis] + 0.01},
+        {place.min().z() + 0.08, place.max().z() - 0.05});
     b->box("cupboard door", leaf, door);
-    const double u = i == 0 ? leaf.max[axis] - 0.06 : leaf.min[axis] + 0.03;
-    const double z = 0.5 * (leaf.min.z() + leaf.max.z()) - 0.08;
+    const double u = i == 0 ? leaf.max()[axis] - 0.06 : leaf.min()[axis] + 0.03;
+    const double z = 0.5 * (leaf.min().z() + leaf.max().z()) - 0.08;
     b->box("knob",
-           boxAlong(axis, {u, u + 0.03}, {leaf.min[1 - axis] - 0.02, leaf.max[1 - axis] + 0.02},
+           boxAlong(axis, {u, u + 0.03}, {leaf.min()[1 - axis] - 0.02, leaf.max()[1 - axis] + 0.02},
                     {z, z + 0.16}),
            knob);
   }
@@ -196,21 +196,21 @@ void addTable(SceneBuilder* b) {
   Box place;
   if (!b->standing(size, Standing::kAnywhere, &place)) return;
   const Look top{Pattern::kPlanks, 0.55, 0.35, 0.12, 0.0, 0.0};
-  b->box("table top", {place.min.x(), place.min.y(), place.max.z() - 0.04}, place.max,
+  b->box("table top", {place.min().x(), place.min().y(), place.max().z() - 0.04}, place.max(),
          b->look(top));
   const int leg = b->look(plain(0.15));
   for (int i = 0; i < 4; ++i) {
-    const double x = i % 2 == 0 ? place.min.x() + 0.03 : place.max.x() - 0.08;
-    const double y = i / 2 == 0 ? place.min.y() + 0.03 : place.max.y() - 0.08;
-    b->box("table leg", {x, y, place.min.z()}, {x + 0.05, y + 0.05, place.max.z() - 0.04}, leg);
+    const double x = i % 2 == 0 ? place.min().x() + 0.03 : place.max().x() - 0.08;
+    const double y = i / 2 == 0 ? place.min().y() + 0.03 : place.max().y() - 0.08;
+    b->box("table leg", {x, y, place.min().z()}, {x + 0.05, y + 0.05, place.max().z() - 0.04}, leg);
   }
   // Books and boxes on it.
   const int things = 2 + random.index(3);
   for (int i = 0; i < things; ++i) {
-    const double x = random.uniform(place.min.x() + 0.2, place.max.x() - 0.2);
-    const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.2);
+    const double x = random.uniform(place.min().x() + 0.2, place.max().x() - 0.2);
+    const double y = random.uniform(place.min().y() + 0.2, place.max().y() - 0.2);
     const Vector3d half = drawSize(&random, {0.06, 0.16}, {0.05, 0.12}, {0.03, 0.18});
-    const Vector3d center(x, y, place.max.z() + half.z());
+    const Vector3d center(x, y, place.max().z() + half.z());
     const double turn_deg = random.uniform(-60.0, 60.0);
     b->box("thing", center - half, center + half, b->look(posterLook(&random)), turn_deg);
   }
@@ -223,8 +223,8 @@ void addCrates(SceneBuilder* b, double scale) {
   // The diagonal of the crate, which is turned.
   const double side = 1.42 * s;
   if (!b->standing({side, side, 1.7 * s}, Standing::kAnywhere, &place)) return;
-  const Vector3d foot(0.5 * (place.min.x() + place.max.x()), 0.5 * (place.min.y() + place.max.y()),
-                      place.min.z());
+  const Vector3d foot(0.5 * (place.min().x() + place.max().x()),
+                      0.5 * (place.min().y() + place.max().y()), place.min().z());
   const auto crate = [&](double size, double base) {
     const double yaw = random.uniform(-45.0, 45.0);
     const Vector3d half(0.5 * size, 0.5 * size, 0.5 * size);
@@ -262,12 +262,12 @@ void addDials(SceneBuilder* b, const Box& panel, int normal) {
   const int across = 1 - normal;
   const int dial = b->look(plain(random.uniform() < 0.5 ? 0.85 : 0.05));
   for (int i = 0; i < 3; ++i) {
-    const double a = random.uniform(panel.min[across] + 0.03, panel.max[across] - 0.1);
-    const double z = random.uniform(panel.min.z() + 0.03, panel.max.z() - 0.1);
+    const double a = random.uniform(panel.min()[across] + 0.03, panel.max()[across] - 0.1);
+    const double z = random.uniform(panel.min().z() + 0.03, panel.max().z() - 0.1);
     const double width = random.uniform(0.03, 0.07), height = random.uniform(0.03, 0.07);
     b->box("dial",
-           boxAlong(normal, {panel.min[normal] - 0.012, panel.max[normal] + 0.012}, {a, a + width},
-                    {z, z + height}),
+           boxAlong(normal, {panel.min()[normal] - 0.012, panel.max()[normal] + 0.012},
+                    {a, a + width}, {z, z + height}),
            dial);
   }
 }
@@ -277,11 +277,11 @@ void addPanels(SceneBuilder* b, const Box& place, int side, double top) {
   Random& random = b->random;
   const int normal = side / 2;
   const int across = 1 - normal;
-  const double place_n = side % 2 == 0 ? place.min[normal] + 0.05 : place.max[normal] - 0.05;
-  double u = place.min[across] + 0.15;
-  while (place.max[across] - u > 0.5) {
-    const double w = std::min(random.uniform(0.35, 0.9), place.max[across] - 0.15 - u);
-    const double z0 = random.uniform(place.min.z() + 0.3, place.min.z() + 0.5);
+  const double place_n = side % 2 == 0 ? place.min()[normal] + 0.05 : place.max()[normal] - 0.05;
+  double u = place.min()[across] + 0.15;
+  while (place.max()[across] - u > 0.5) {
+    const double w = std::min(random.uniform(0.35, 0.9), place.max()[across] - 0.15 - u);
+    const double z0 = random.uniform(place.min().z() + 0.3, place.min().z() + 0.5);
     const double z1 = std::min(top - 0.1, z0 + random.uniform(0.4, 1.5));
     if (w > 0.2 && z1 - z0 > 0.2) {
       const Box panel = boxAlong(normal, {place_n - 0.02, place_n + 0.02}, {u, u + w}, {z0, z1});
@@ -295,15 +295,15 @@ void addPanels(SceneBuilder* b, const Box& place, int side, double top) {
 // A motor on a machine, and a pipe from it to the ceiling where the path leaves space.
 void addMotorAndPipe(SceneBuilder* b, const Box& place, double top) {
   Random& random = b->random;
-  const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.7);
-  const double x = random.uniform(place.min.x() + 0.2, place.max.x() - 0.7);
+  const double y = random.uniform(place.min().y() + 0.2, place.max().y() - 0.7);
+  const double x = random.uniform(place.min().x() + 0.2, place.max().x() - 0.7);
   const Vector3d motor(x, y, top);
-  b->box("motor", motor, {motor.x() + 0.5, motor.y() + 0.4, place.max.z()},
+  b->box("motor", motor, {motor.x() + 0.5, motor.y() + 0.4, place.max().z()},
          b->look({Pattern::kStripes, 0.45, 0.15, 0.04, 0.0, 0.0}));
   const double r = random.uniform(0.05, 0.12);
-  const Vector3d foot(place.min.x() + 0.1 + r, place.min.y() + 0.1 + r, top);
-  const Box pipe{{foot.x() - r, foot.y() - r, foot.z()},
-                 {foot.x() + r, foot.y() + r, b->ceiling()}};
+  const Vector3d foot(place.min().x() + 0.1 + r, place.min().y() + 0.1 + r, top);
+  const Box pipe = boxAlong(0, {foot.x() - r, foot.x() + r}, {foot.y() - r, foot.y() + r},
+                            {foot.z(), b->ceiling()});
   if (b->clearOfPath(pipe, kFurnitureClearance)) {
     b->cylinder("pipe", pipe, 2, b->look(plain(random.uniform(0.3, 0.7))));
   }
@@ -319,11 +319,12 @@ void addMachine(SceneBuilder* b) {
   Box place;
   if (!b->standing(size, where, &place)) return;
   // The motor takes the upper quarter.
-  Vector3d top = place.max;
-  top.z() -= 0.25 * (place.max.z() - place.min.z());
+  Vector3d top = place.max();
+  top.z() -= 0.25 * (place.max().z() - place.min().z());
   Look body{Pattern::kGranite, random.uniform(0.35, 0.6), random.uniform(0.2, 0.3), 1.5, 0.0, 0.0};
-  b->box("machine base", place.min, {top.x(), top.y(), place.min.z() + 0.15}, b->look(plain(0.12)));
-  b->box("machine", {place.min.x() + 0.05, place.min.y() + 0.05, place.min.z() + 0.15},
+  b->box("machine base", place.min(), {top.x(), top.y(), place.min().z() + 0.15},
+         b->look(plain(0.12)));
+  b->box("machine", {place.min().x() + 0.05, place.min().y() + 0.05, place.min().z() + 0.15},
          {top.x() - 0.05, top.y() - 0.05, top.z()}, b->look(body));
   for (int side = 0; side < 4; ++side) addPanels(b, place, side, top.z());
   addMotorAndPipe(b, place, top.z());

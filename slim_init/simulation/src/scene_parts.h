@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hull.h"
 #include "random.h"
 #include "slim_init/simulation/scene.h"
 
@@ -39,12 +40,12 @@ struct Range {
 /// A box by its extents along a horizontal axis, across it and upwards.
 inline Box boxAlong(int axis, const Range& along, const Range& across, const Range& up) {
   Box box;
-  box.min[axis] = along.low;
-  box.max[axis] = along.high;
-  box.min[1 - axis] = across.low;
-  box.max[1 - axis] = across.high;
-  box.min.z() = up.low;
-  box.max.z() = up.high;
+  box.min()[axis] = along.low;
+  box.max()[axis] = along.high;
+  box.min()[1 - axis] = across.low;
+  box.max()[1 - axis] = across.high;
+  box.min().z() = up.low;
+  box.max().z() = up.high;
   return box;
 }
 
@@ -77,10 +78,10 @@ class SceneBuilder {
       for (const bool upper : {false, true}) {
         Wall wall;
         wall.normal = normal;
-        wall.place = upper ? hull.max[normal] : hull.min[normal];
+        wall.place = upper ? hull.max()[normal] : hull.min()[normal];
         wall.inward = upper ? -1.0 : 1.0;
-        wall.low = hull.min[1 - normal];
-        wall.high = hull.max[1 - normal];
+        wall.low = hull.min()[1 - normal];
+        wall.high = hull.max()[1 - normal];
         walls.push_back(wall);
       }
     }
@@ -89,8 +90,8 @@ class SceneBuilder {
   Random random;
   std::vector<Wall> walls;
 
-  double floor() const { return scene_->hull.min.z(); }
-  double ceiling() const { return scene_->hull.max.z(); }
+  double floor() const { return scene_->hull.min().z(); }
+  double ceiling() const { return scene_->hull.max().z(); }
 
   /// Adds a look; returns its index.
   int look(const Look& look) {
@@ -109,7 +110,7 @@ class SceneBuilder {
     scene_->solids.push_back(solid);
   }
 
-  void box(const std::string& name, const Box& b, int look) { box(name, b.min, b.max, look); }
+  void box(const std::string& name, const Box& b, int look) { box(name, b.min(), b.max(), look); }
 
   void cylinder(const std::string& name, const Box& b, int axis, int look) {
     box(name, b, look);
@@ -122,12 +123,13 @@ class SceneBuilder {
   void shell(const Look& floor_look, const Look& ceiling_look, const Look& wall_look) {
     const Box& h = scene_->hull;
     const Eigen::Vector3d t = Eigen::Vector3d::Constant(kWallThickness);
-    box("floor", {h.min.x() - t.x(), h.min.y() - t.y(), h.min.z() - t.z()},
-        {h.max.x() + t.x(), h.max.y() + t.y(), h.min.z()}, look(floor_look));
-    box("ceiling", {h.min.x() - t.x(), h.min.y() - t.y(), h.max.z()},
-        {h.max.x() + t.x(), h.max.y() + t.y(), h.max.z() + t.z()}, look(ceiling_look));
+    box("floor", {h.min().x() - t.x(), h.min().y() - t.y(), h.min().z() - t.z()},
+        {h.max().x() + t.x(), h.max().y() + t.y(), h.min().z()}, look(floor_look));
+    box("ceiling", {h.min().x() - t.x(), h.min().y() - t.y(), h.max().z()},
+        {h.max().x() + t.x(), h.max().y() + t.y(), h.max().z() + t.z()}, look(ceiling_look));
     for (const Wall& wall : walls) {
-      box("wall", wallBox(wall, wall.low, wall.high, h.min.z(), h.max.z(), -kWallThickness, 0.0),
+      box("wall",
+          wallBox(wall, wall.low, wall.high, h.min().z(), h.max().z(), -kWallThickness, 0.0),
           look(wall_look));
     }
   }
@@ -151,13 +153,9 @@ class SceneBuilder {
     if (u0 < wall->low + kGap || u1 > wall->high - kGap || z0 < floor() || z1 > ceiling()) {
       return false;
     }
-    for (const Box& b : wall->taken) {
-      if (u0 < b.max.x() + kGap && b.min.x() < u1 + kGap && z0 < b.max.y() + kGap &&
-          b.min.y() < z1 + kGap) {
-        return false;
-      }
-    }
-    wall->taken.push_back({{u0, z0, 0.0}, {u1, z1, 0.0}});
+    const Box part(Eigen::Vector3d(u0, z0, 0.0), Eigen::Vector3d(u1, z1, 0.0));
+    if (isNear(part, wall->taken)) return false;
+    wall->taken.push_back(part);
     return true;
   }
   /// The same for an object of width `w` and height `h` from `z` up [m] at a free place, whose left
@@ -173,7 +171,7 @@ class SceneBuilder {
   /// Whether the box keeps its distance from the path [m].
   bool clearOfPath(const Box& b, double clearance) const {
     return std::none_of(path_.begin(), path_.end(), [&](const Eigen::Vector3d& p) {
-      return (p - p.cwiseMax(b.min).cwiseMin(b.max)).squaredNorm() < clearance * clearance;
+      return b.exteriorDistance(p) < clearance;
     });
   }
 
@@ -183,21 +181,18 @@ class SceneBuilder {
     for (int attempt = 0; attempt < kMaxTries; ++attempt) {
       Box b;
       for (int axis = 0; axis < 2; ++axis) {
-        const double free = h.max[axis] - h.min[axis] - size[axis] - 2.0 * kGap;
+        const double free = h.max()[axis] - h.min()[axis] - size[axis] - 2.0 * kGap;
         if (free < 0.0) return false;
-        b.min[axis] = h.min[axis] + kGap + random.uniform() * free;
+        b.min()[axis] = h.min()[axis] + kGap + random.uniform() * free;
       }
       if (where == Standing::kAlongWalls && attempt < kMaxTries / 2) {
         const int axis = random.index(2);
-        b.min[axis] = random.uniform() < 0.5 ? h.min[axis] + kGap : h.max[axis] - kGap - size[axis];
+        b.min()[axis] =
+            random.uniform() < 0.5 ? h.min()[axis] + kGap : h.max()[axis] - kGap - size[axis];
       }
-      b.min.z() = h.min.z();
-      b.max = b.min + size;
-      const bool collides = std::any_of(standing_.begin(), standing_.end(), [&](const Box& o) {
-        return b.min.x() < o.max.x() + kGap && o.min.x() < b.max.x() + kGap &&
-               b.min.y() < o.max.y() + kGap && o.min.y() < b.max.y() + kGap;
-      });
-      if (collides || !clearOfPath(b, kFurnitureClearance)) continue;
+      b.min().z() = h.min().z();
+      b.max() = b.min() + size;
+      if (isNear(b, standing_) || !clearOfPath(b, kFurnitureClearance)) continue;
       standing_.push_back(b);
       *place = b;
       return true;
@@ -210,6 +205,11 @@ class SceneBuilder {
   }
 
  private:
+  static bool isNear(const Box& box, const std::vector<Box>& others) {
+    return std::any_of(others.begin(), others.end(),
+                       [&box](const Box& other) { return grown(box, kGap).intersects(other); });
+  }
+
   Scene* scene_;
   std::vector<Eigen::Vector3d> path_;  // of the camera [m]
   std::vector<Box> standing_;          // objects on the floor

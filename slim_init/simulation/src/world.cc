@@ -41,26 +41,13 @@ constexpr double kCorridorReferenceArea = 200.0;  // [m^2] of surface on 20 m of
 constexpr double kCorridorPointShare = 0.0125;
 constexpr int kMaxTries = 200;  // draws for one obstacle; of one point or segment: a tenth
 
-bool contains(const Box& box, const Eigen::Vector3d& p, double grow) {
-  return (p.array() >= box.min.array() - grow).all() && (p.array() <= box.max.array() + grow).all();
-}
-
-double squaredDistance(const Box& box, const Eigen::Vector3d& p) {
-  return (p - p.cwiseMax(box.min).cwiseMin(box.max)).squaredNorm();
-}
-
-bool overlap(const Box& a, const Box& b, double gap) {
-  return (a.min.array() <= b.max.array() + gap).all() &&
-         (b.min.array() <= a.max.array() + gap).all();
-}
-
 // Whether the straight way between two places passes through the box.
 bool crosses(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   double enter = 0.0;
   double leave = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double low = box.min[axis] + kSurfaceTolerance - from[axis];
-    const double high = box.max[axis] - kSurfaceTolerance - from[axis];
+    const double low = box.min()[axis] + kSurfaceTolerance - from[axis];
+    const double high = box.max()[axis] - kSurfaceTolerance - from[axis];
     const double step = to[axis] - from[axis];
     if (step == 0.0) {
       if (low > 0.0 || high < 0.0) return false;
@@ -78,7 +65,7 @@ std::vector<Box> makeObstacles(const Style& style, const Box& hull,
                                const std::vector<Eigen::Vector3d>& path, unsigned seed) {
   Random random(seed, "world/obstacles");
   std::vector<Box> obstacles;
-  const double height = hull.max.z() - hull.min.z();
+  const double height = hull.max().z() - hull.min().z();
   for (int i = 0; i < style.furniture + style.pillars; ++i) {
     const bool is_pillar = i < style.pillars;
     for (int attempt = 0; attempt < kMaxTries; ++attempt) {
@@ -87,17 +74,17 @@ std::vector<Box> makeObstacles(const Style& style, const Box& hull,
       const double size_y = is_pillar ? random.uniform(0.3, 0.6) : random.uniform(0.6, 1.6);
       const double size_z = is_pillar ? height : random.uniform(0.3, 0.5) * height;
       Box box;
-      box.min.x() = random.uniform(hull.min.x(), hull.max.x() - size_x);
-      box.min.y() = random.uniform(hull.min.y(), hull.max.y() - size_y);
-      box.min.z() = hull.min.z();
-      box.max = box.min + Eigen::Vector3d(size_x, size_y, size_z);
-      if (is_pillar) box.max.z() = hull.max.z();  // free of rounding
+      box.min().x() = random.uniform(hull.min().x(), hull.max().x() - size_x);
+      box.min().y() = random.uniform(hull.min().y(), hull.max().y() - size_y);
+      box.min().z() = hull.min().z();
+      box.max() = box.min() + Eigen::Vector3d(size_x, size_y, size_z);
+      if (is_pillar) box.max().z() = hull.max().z();  // free of rounding
       const bool near_other =
           std::any_of(obstacles.begin(), obstacles.end(),
-                      [&](const Box& other) { return overlap(box, other, kObstacleGap); });
+                      [&](const Box& other) { return grown(box, kObstacleGap).intersects(other); });
       if (near_other) continue;
       const bool near_path = std::any_of(path.begin(), path.end(), [&](const Eigen::Vector3d& p) {
-        return p.allFinite() && squaredDistance(box, p) < kObstacleClearance * kObstacleClearance;
+        return p.allFinite() && box.exteriorDistance(p) < kObstacleClearance;
       });
       if (near_path) continue;
       obstacles.push_back(box);
@@ -120,17 +107,17 @@ struct Surface {
 Surface sideOf(const Box& box, int axis, bool upper) {
   Surface s;
   s.rectangle = box;
-  s.rectangle.min[axis] = s.rectangle.max[axis] = upper ? box.max[axis] : box.min[axis];
+  s.rectangle.min()[axis] = s.rectangle.max()[axis] = upper ? box.max()[axis] : box.min()[axis];
   s.normal = axis;
-  const Eigen::Vector3d size = box.max - box.min;
+  const Eigen::Vector3d size = box.max() - box.min();
   s.area = size[(axis + 1) % 3] * size[(axis + 2) % 3];
   return s;
 }
 
 bool onWall(const Surface& s, const Box& hull) {
-  const double place = s.rectangle.min[s.normal];
-  return place <= hull.min[s.normal] + kSurfaceTolerance ||
-         place >= hull.max[s.normal] - kSurfaceTolerance;
+  const double place = s.rectangle.min()[s.normal];
+  return place <= hull.min()[s.normal] + kSurfaceTolerance ||
+         place >= hull.max()[s.normal] - kSurfaceTolerance;
 }
 
 // All surfaces, chosen from in proportion to their area.
@@ -174,17 +161,17 @@ class Surfaces {
 Eigen::Vector3d drawPlace(const Surface& s, Random* random) {
   Eigen::Vector3d p;
   for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = random->uniform(s.rectangle.min[axis], s.rectangle.max[axis]);
+    p[axis] = random->uniform(s.rectangle.min()[axis], s.rectangle.max()[axis]);
   }
   const bool stands_out = random->uniform() < 0.5;
   const double depth = s.relief * random->uniform();
-  p[s.normal] = s.rectangle.min[s.normal] + (stands_out ? s.inward * depth : 0.0);
+  p[s.normal] = s.rectangle.min()[s.normal] + (stands_out ? s.inward * depth : 0.0);
   return p;
 }
 
 bool insideObstacle(const World& world, const Eigen::Vector3d& p) {
   return std::any_of(world.obstacles.begin(), world.obstacles.end(),
-                     [&](const Box& box) { return contains(box, p, kSurfaceTolerance); });
+                     [&](const Box& box) { return grown(box, kSurfaceTolerance).contains(p); });
 }
 
 void addPoints(const Style& style, int count, unsigned seed, World* world) {
@@ -206,13 +193,13 @@ void addPoints(const Style& style, int count, unsigned seed, World* world) {
 std::vector<Segment> obstacleEdges(const World& world) {
   std::vector<Segment> edges;
   for (const Box& b : world.obstacles) {
-    const double x[2] = {b.min.x(), b.max.x()};
-    const double y[2] = {b.min.y(), b.max.y()};
-    const double top = b.max.z();
+    const double x[2] = {b.min().x(), b.max().x()};
+    const double y[2] = {b.min().y(), b.max().y()};
+    const double top = b.max().z();
     for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) edges.push_back({{x[i], y[j], b.min.z()}, {x[i], y[j], top}});
+      for (int j = 0; j < 2; ++j) edges.push_back({{x[i], y[j], b.min().z()}, {x[i], y[j], top}});
     }
-    if (top >= world.hull.max.z() - kSurfaceTolerance) continue;
+    if (top >= world.hull.max().z() - kSurfaceTolerance) continue;
     for (int i = 0; i < 2; ++i) {
       edges.push_back({{x[0], y[i], top}, {x[1], y[i], top}});
       edges.push_back({{x[i], y[0], top}, {x[i], y[1], top}});
@@ -235,8 +222,8 @@ Segment cutToSurface(const Surface& s, const Eigen::Vector3d& center,
   double ahead = 0.5 * length;
   for (int axis = 0; axis < 3; ++axis) {
     if (axis == s.normal || direction[axis] == 0.0) continue;
-    const double a = (s.rectangle.min[axis] - center[axis]) / direction[axis];
-    const double b = (s.rectangle.max[axis] - center[axis]) / direction[axis];
+    const double a = (s.rectangle.min()[axis] - center[axis]) / direction[axis];
+    const double b = (s.rectangle.max()[axis] - center[axis]) / direction[axis];
     back = std::max(back, std::min(a, b));
     ahead = std::min(ahead, std::max(a, b));
   }
@@ -244,7 +231,7 @@ Segment cutToSurface(const Surface& s, const Eigen::Vector3d& center,
   for (Eigen::Vector3d* end : {&segment.start, &segment.end}) {
     for (int axis = 0; axis < 3; ++axis) {  // against rounding
       if (axis == s.normal) continue;
-      (*end)[axis] = std::clamp((*end)[axis], s.rectangle.min[axis], s.rectangle.max[axis]);
+      (*end)[axis] = std::clamp((*end)[axis], s.rectangle.min()[axis], s.rectangle.max()[axis]);
     }
   }
   return segment;
@@ -288,9 +275,8 @@ void addSegments(const Style& style, const std::array<double, 3>& axis_weights, 
 
 bool World::visible(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
   // The hull is convex: between two places inside it there is no wall.
-  if (!contains(hull, from, kSurfaceTolerance) || !contains(hull, to, kSurfaceTolerance)) {
-    return false;
-  }
+  const Box inside = grown(hull, kSurfaceTolerance);
+  if (!inside.contains(from) || !inside.contains(to)) return false;
   return std::none_of(obstacles.begin(), obstacles.end(),
                       [&](const Box& box) { return crosses(box, from, to); });
 }
@@ -317,7 +303,7 @@ World makeWorld(const WorldOptions& options, const std::vector<Eigen::Vector3d>&
     const int along = longAxis(path);
     if (along == 1) std::swap(axis_weights[0], axis_weights[1]);
     // By area, so that neither the length of the path nor a hull grown wide changes the density.
-    const Eigen::Vector3d size = world.hull.max - world.hull.min;
+    const Eigen::Vector3d size = world.hull.max() - world.hull.min();
     const double area = 2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
     points *= kCorridorPointShare * area / kCorridorReferenceArea;
     segments *= area / kCorridorReferenceArea;

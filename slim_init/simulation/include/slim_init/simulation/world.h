@@ -4,16 +4,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
 namespace slim_init::simulation {
 
-/// Axis-aligned box.
-struct Box {
-  Eigen::Vector3d min = Eigen::Vector3d::Zero();
-  Eigen::Vector3d max = Eigen::Vector3d::Zero();
-};
+/// Axis-aligned box [m].
+using Box = Eigen::AlignedBox3d;
 
 /// A 3D segment.
 struct Segment {
