@@ -18,10 +18,8 @@ constexpr int kColumns = HostWindow::kPriorColumns;
 
 // Any two directions at right angles to a unit vector, as rows.
 Eigen::Matrix<double, 2, 3> acrossOf(const Eigen::Vector3d& u) {
-  const Eigen::Vector3d axis = std::abs(u.x()) < 0.6 ? Eigen::Vector3d(Eigen::Vector3d::UnitX())
-                                                     : Eigen::Vector3d(Eigen::Vector3d::UnitY());
   Eigen::Matrix<double, 2, 3> B;
-  B.row(0) = u.cross(axis).normalized();
+  B.row(0) = u.unitOrthogonal();
   B.row(1) = u.cross(B.row(0).transpose());
   return B;
 }
