@@ -280,15 +280,10 @@ void noteDisorder(const std::string& source, const std::string& things, const Di
 }
 
 std::string lastComponent(const std::string& path_text) {
-  fs::path path = fs::path(path_text).lexically_normal();
+  std::error_code code;
+  fs::path path = fs::absolute(path_text, code).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();  // "a/b/"
-  std::string name = path.filename().string();
-  if (name.empty() || name == "." || name == "..") {
-    std::error_code code;
-    const fs::path real = fs::canonical(path_text, code);
-    if (!code) name = real.filename().string();
-  }
-  return name.empty() ? "recorded" : name;
+  return path.has_filename() ? path.filename().string() : "recorded";
 }
 
 }  // namespace slim_init::evaluation
