@@ -2,7 +2,9 @@
 #include "start_record.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <vector>
 
 #include "slim_init/text.h"
@@ -37,13 +39,9 @@ std::string number(double value, int precision, bool fixed = false) {
   return fixed ? roundedText(precision, std::fixed, value) : roundedText(precision, value);
 }
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"') result += '"';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result + "\"";
+std::string quoted(std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  return text(std::quoted(message, '"', '"'));  // quotes in it are doubled
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 //
 // The report's files for programs.
 #include <cmath>
+#include <iomanip>
 #include <nlohmann/json.hpp>
 
 #include "slim_init/evaluation/report.h"
@@ -15,14 +16,9 @@ using Json = nlohmann::json;
 // An empty field is a number that does not exist.
 std::string csvNumber(double value) { return std::isfinite(value) ? roundedText(9, value) : ""; }
 
-std::string csvText(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + "\"";
+std::string csvText(const std::string& field) {
+  if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
+  return text(std::quoted(field, '"', '"'));  // quotes in it are doubled
 }
 
 std::string joined(const std::vector<std::string>& fields, const char* separator) {
