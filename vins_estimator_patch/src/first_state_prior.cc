@@ -59,10 +59,8 @@ std::vector<double> priorFrom(const Eigen::Matrix<double, 12, 12>& covariance,
   J.block<3, 3>(8, 9).setIdentity();
   const Eigen::Matrix<double, kRows, kColumns> root = llt.matrixL().solve(J);
   if (!root.allFinite()) return {};
-  std::vector<double> prior;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) prior.push_back(root(row, column));
-  }
+  std::vector<double> prior(kRows * kColumns);
+  Eigen::Map<Eigen::Matrix<double, kRows, kColumns, Eigen::RowMajor>>(prior.data()) = root;
   return prior;
 }
 

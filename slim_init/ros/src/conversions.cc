@@ -75,9 +75,7 @@ ros::Time stampOf(const NavState& state, const InitResult& result, const ResultC
 
 template <typename Array>
 void fill(const Eigen::Matrix<double, 6, 6>& covariance, Array* message) {
-  for (int r = 0; r < 6; ++r) {
-    for (int c = 0; c < 6; ++c) (*message)[6 * r + c] = covariance(r, c);
-  }
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message->data()) = covariance;
 }
 
 }  // namespace

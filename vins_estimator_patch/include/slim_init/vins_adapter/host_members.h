@@ -80,7 +80,8 @@ auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored)
       typename std::remove_reference<decltype(e.last_marginalization_info)>::type>::type Info;
   constexpr int kColumns = 15, kPose = 7, kMotion = 9, kPoseErrors = 6, kFree = 4;
   constexpr double kAnchor = 120.0;  // [1/m], [1/rad]: of GVINS' own factor
-  const std::size_t rows = root.size() / kColumns;
+  typedef Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> Root;
+  const int rows = static_cast<int>(root.size()) / kColumns;
   if (rows == 0) return;
   const Eigen::Quaterniond q(Eigen::Matrix3d(e.Rs[0]));
   // The host deletes them with the factor.
@@ -109,17 +110,12 @@ auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored)
   info->keep_block_data.push_back(motion);
   info->linearized_jacobians.setZero(kColumns, kColumns);
   info->linearized_residuals.setZero(kColumns);
-  for (std::size_t row = 0; row < rows && row < kColumns; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      info->linearized_jacobians(static_cast<int>(row), column) = root[kColumns * row + column];
-    }
-  }
+  info->linearized_jacobians.topRows(rows) = Eigen::Map<const Root>(root.data(), rows, kColumns);
   if (anchored && rows + kFree <= kColumns) {
-    const int first = static_cast<int>(rows);
     for (int i = 0; i < 3; ++i) {
-      info->linearized_jacobians(first + i, i) = kAnchor;
+      info->linearized_jacobians(rows + i, i) = kAnchor;
       // Heading: a turn about the vertical, of a rotation error to the right of R.
-      info->linearized_jacobians(first + 3, 3 + i) = kAnchor * e.Rs[0](2, i);
+      info->linearized_jacobians(rows + 3, 3 + i) = kAnchor * e.Rs[0](2, i);
     }
   }
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;

@@ -57,11 +57,9 @@ class SpeedTopic {
   template <typename Message>
   void receive(const Message& message) {
     const auto& v = message.twist.twist.linear;
-    Eigen::Matrix3d covariance;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) covariance(r, c) = message.twist.covariance[6 * r + c];
-    }
-    callback_(message.header, Eigen::Vector3d(v.x, v.y, v.z), covariance);
+    const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> covariance(
+        message.twist.covariance.data());
+    callback_(message.header, Eigen::Vector3d(v.x, v.y, v.z), covariance.topLeftCorner<3, 3>());
   }
 
   ros::NodeHandle node_;
