@@ -87,16 +87,8 @@ auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored)
   // The host deletes them with the factor.
   double* const pose = new double[kPose];
   double* const motion = new double[kMotion];
-  pose[3] = q.x();
-  pose[4] = q.y();
-  pose[5] = q.z();
-  pose[6] = q.w();
-  for (int i = 0; i < 3; ++i) {
-    pose[i] = e.Ps[0](i);
-    motion[i] = e.Vs[0](i);
-    motion[3 + i] = e.Bas[0](i);
-    motion[6 + i] = e.Bgs[0](i);
-  }
+  Eigen::Map<Eigen::Matrix<double, kPose, 1>>(pose) << e.Ps[0], q.coeffs();
+  Eigen::Map<Eigen::Matrix<double, kMotion, 1>>(motion) << e.Vs[0], e.Bas[0], e.Bgs[0];
   Info* const info = new Info;
   info->m = 0;
   info->n = kColumns;
