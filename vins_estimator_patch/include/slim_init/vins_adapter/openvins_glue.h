@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <functional>
 #include <map>
 #include <memory>
@@ -35,13 +36,9 @@ template <typename Options>
 OpenVinsRig rigOf(const Options& options) {
   OpenVinsRig rig;
   const auto extrinsic = options.camera_extrinsics.at(0);
-  const Eigen::Vector3d q(extrinsic(0), extrinsic(1), extrinsic(2));
-  const double w = extrinsic(3);
-  Eigen::Matrix3d cross;
-  cross << 0, -q(2), q(1), q(2), 0, -q(0), -q(1), q(0), 0;
-  const Eigen::Matrix3d C_R_I = Eigen::Matrix3d::Identity() - 2.0 * w * cross + 2.0 * cross * cross;
-  rig.R_b_c = C_R_I.transpose();
-  rig.t_b_c = -C_R_I.transpose() * Eigen::Vector3d(extrinsic(4), extrinsic(5), extrinsic(6));
+  // JPL's numbers are those of the Hamilton quaternion the other way round.
+  rig.R_b_c = Eigen::Quaterniond(extrinsic(3), extrinsic(0), extrinsic(1), extrinsic(2)).matrix();
+  rig.t_b_c = -rig.R_b_c * Eigen::Vector3d(extrinsic(4), extrinsic(5), extrinsic(6));
   rig.td = options.calib_camimu_dt;
   rig.focal_px = options.camera_intrinsics.at(0)->get_value()(0);
   rig.gravity = options.gravity_mag;
