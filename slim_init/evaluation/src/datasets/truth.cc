@@ -8,6 +8,7 @@
 
 #include "reference_so3.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/text.h"
 
 namespace slim_init::evaluation {
@@ -26,15 +27,6 @@ constexpr double kOutlierMedians = 5.0;
 constexpr double kVelocityReach = 0.03;
 // As the interpolation of the truth (simulation/trajectory.h).
 constexpr double kMaxStep = 0.3;
-
-ImuSample interpolate(const ImuSample& a, const ImuSample& b, double t) {
-  const double u = (t - a.t) / (b.t - a.t);
-  ImuSample sample;
-  sample.t = t;
-  sample.gyro = (1.0 - u) * a.gyro + u * b.gyro;
-  sample.accel = (1.0 - u) * a.accel + u * b.accel;
-  return sample;
-}
 
 /// Gyro between two truth samples and the true rotation over it.
 struct Span {
@@ -136,11 +128,11 @@ bool inertialSteps(const std::vector<ImuSample>& imu, double t0, double t1, doub
   auto next = std::upper_bound(imu.begin(), imu.end(), t0,
                                [](double t, const ImuSample& sample) { return t < sample.t; });
   if (next == imu.begin() || next == imu.end()) return false;
-  ImuSample from = interpolate(*std::prev(next), *next, t0);
+  ImuSample from = host_health::between(*std::prev(next), *next, t0);
   for (;; ++next) {
     if (next->t - std::prev(next)->t > max_gap_s) return false;
     const bool last = next->t >= t1;
-    const ImuSample to = last ? interpolate(*std::prev(next), *next, t1) : *next;
+    const ImuSample to = last ? host_health::between(*std::prev(next), *next, t1) : *next;
     steps->push_back({to.t - from.t, 0.5 * (from.gyro + to.gyro), 0.5 * (from.accel + to.accel)});
     if (last) return true;
     from = to;
