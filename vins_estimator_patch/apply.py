@@ -9,7 +9,6 @@ What is inserted where is data: hosts/*.json name files and anchors of a host, i
 the text.
 """
 import argparse
-import collections
 import difflib
 import json
 import os
@@ -138,7 +137,7 @@ def description(path, seen=()):
     """Data of a host's JSON file, over those of the host that it is "like": of files, words and
     insertions single entries are replaced. Faults of the file are Problems."""
     try:
-        data = json.loads(read(path), object_pairs_hook=collections.OrderedDict)
+        data = json.loads(read(path))
     except OSError as problem:
         raise Problem("%s: cannot be read: %s" % (path, problem.strerror))
     except ValueError as problem:
@@ -159,8 +158,7 @@ def description(path, seen=()):
     for key, value in data.items():
         merged[key] = value
         if key in ("files", "words", "insertions") and key in parent:
-            merged[key] = collections.OrderedDict(parent[key])
-            merged[key].update(value)
+            merged[key] = {**parent[key], **value}
     for key in ("title", "files", "words", "insertions"):
         if key not in merged:
             raise Problem("%s: needs \"%s\", or \"like\" with the name of another host"
