@@ -48,10 +48,7 @@ Box makeHull(const std::string& kind, const Box& path) {
     hull.min().z() = center.z() - kCorridorEyeHeight;
     hull.max().z() = hull.min().z() + kCorridorHeight;
   }
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(corridor ? 0.5 : 1.0);
-  hull.min() = hull.min().cwiseMin(path.min() - margin);
-  hull.max() = hull.max().cwiseMax(path.max() + margin);
-  return hull;
+  return hull.merged(grown(path, corridor ? 0.5 : 1.0));
 }
 
 }  // namespace slim_init::simulation
