@@ -12,8 +12,6 @@
 namespace slim_init::node {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1000000000;
-
 #define SLIM_INIT_SAME_STATUS(enumerator, constant)                                              \
   static_assert(                                                                                 \
       static_cast<int>(InitStatus::enumerator) == static_cast<int>(InitStatusMessage::constant), \
@@ -80,12 +78,10 @@ void fill(const Eigen::Matrix<double, 6, 6>& covariance, Array* message) {
 
 }  // namespace
 
-std::int64_t stampNs(const ros::Time& stamp) { return kNsPerS * stamp.sec + stamp.nsec; }
+std::int64_t stampNs(const ros::Time& stamp) { return static_cast<std::int64_t>(stamp.toNSec()); }
 
 ros::Time rosTime(std::int64_t stamp_ns) {
-  const std::int64_t ns = std::max<std::int64_t>(0, stamp_ns);
-  return ros::Time(static_cast<std::uint32_t>(ns / kNsPerS),
-                   static_cast<std::uint32_t>(ns % kNsPerS));
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp_ns)));
 }
 
 std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample) {
