@@ -243,11 +243,7 @@ double VisualInertialProblem::addInertialFactor(
     system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
     for (const Group& b : groups) {
       if (b.to > a.to) continue;
-      for (int column = 0; column < b.size; ++column) {
-        double* H = &system->H(a.to, b.to + column);
-        const int first = a.to == b.to ? column : 0;
-        for (int row = first; row < a.size; ++row) H[row] += JJ(a.from + row, b.from + column);
-      }
+      system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
     }
   }
   return r.squaredNorm();
