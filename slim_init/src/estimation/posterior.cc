@@ -9,26 +9,13 @@
 namespace slim_init {
 namespace {
 
-// Step of the central differences of the attitude by the direction of gravity [rad]: good to 1e-9.
-constexpr double kGravityStep = 1e-5;
-
-// d alpha / d gravity, 3x2: how the attitude A of b0 in the world, A Exp(alpha), follows the
-// direction of gravity. The yaw of the first body stays zero, which has no simple closed form;
-// central differences of a smooth function are good to 1e-9.
-Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b0) {
-  const double G = gravity_b0.norm();
-  const Eigen::Vector3d down = gravity_b0 / G;
-  const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
-  const Eigen::Matrix3d A = gravityAlignedAttitude(gravity_b0);
-  Eigen::Matrix<double, 3, 2> J;
-  for (int i = 0; i < 2; ++i) {
-    const Eigen::Vector3d plus = (down + kGravityStep * B.col(i)).normalized() * G;
-    const Eigen::Vector3d minus = (down - kGravityStep * B.col(i)).normalized() * G;
-    J.col(i) = (logSO3(A.transpose() * gravityAlignedAttitude(plus)) -
-                logSO3(A.transpose() * gravityAlignedAttitude(minus))) /
-               (2.0 * kGravityStep);
-  }
-  return J;
+// d alpha / d down, for changes across it: how the attitude A of b0 in the world, A Exp(alpha),
+// follows the direction of gravity while the yaw of the first body stays zero.
+Eigen::Matrix3d attitudeFromGravity(const Eigen::Vector3d& down, const Eigen::Matrix3d& A) {
+  const double level = std::hypot(down.y(), down.z());  // part of the x axis
+  // gravityAlignedAttitude() holds the y axis of a body whose x axis is vertical.
+  const double turn = level > 1e-6 ? down.x() / level : 0.0;
+  return -skew(down) - turn * down * A.row(1);
 }
 
 // Rows of the errors [theta, p, v] per keyframe and of both biases, in the world: columns as the
@@ -41,14 +28,13 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const WindowState& body,
   constexpr int kRigColumns = StateLayout::kRig - 1;
   const double G = body.gravity_b0.norm();
   const Eigen::Vector3d down = body.gravity_b0 / G;
-  const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
   const Eigen::Matrix3d A = gravityAlignedAttitude(body.gravity_b0);
   const RigDerivatives& first = derivatives[0];
   // From the frame of the visual part to that of the first body.
   const Eigen::Matrix3d to_first =
       first.by_state.topLeftCorner<3, 3>() * visual.R_b0_bk[0].transpose();
   // How the attitude of the first body in the world follows gravity and rig.
-  const Eigen::Matrix<double, 3, 3> dalpha = attitudeFromGravity(body.gravity_b0) * B.transpose();
+  const Eigen::Matrix3d dalpha = attitudeFromGravity(down, A);
   const Eigen::Matrix<double, 3, 2> by_gravity =
       dalpha * to_first * tangentBasis(visual.gravity_b0 / G);
   const Eigen::Matrix<double, 3, kRigColumns> theta_0 = first.by_rig.topRows<3>();
