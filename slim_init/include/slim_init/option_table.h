@@ -73,13 +73,11 @@ using OptionValue = decltype(OptionField::value);
 
 /// Rows of a table: a number with its range and unit, or a switch, text or word without.
 OptionField userKey(const char* key, OptionValue value, OptionRange range, const char* unit,
-                    const char* reason, const std::vector<std::string>& methods = {});
-OptionField userKey(const char* key, OptionValue value, const char* reason,
-                    const std::vector<std::string>& methods = {});
+                    const char* reason);
+OptionField userKey(const char* key, OptionValue value, const char* reason);
 OptionField advancedKey(const char* key, OptionValue value, OptionRange range, const char* unit,
-                        const char* reason, const std::vector<std::string>& methods = {});
-OptionField advancedKey(const char* key, OptionValue value, const char* reason,
-                        const std::vector<std::string>& methods = {});
+                        const char* reason);
+OptionField advancedKey(const char* key, OptionValue value, const char* reason);
 
 /// Adds the rows of `section` to `table`, with "prefix." before every key ("" adds none). Rows that
 /// name no methods get `methods`.

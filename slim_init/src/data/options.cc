@@ -19,23 +19,21 @@ bool OptionField::isReadBy(const std::string& method) const {
 }
 
 OptionField userKey(const char* key, OptionValue value, OptionRange range, const char* unit,
-                    const char* reason, const std::vector<std::string>& methods) {
-  return {key, std::move(value), range, unit, reason, Audience::kUser, methods};
+                    const char* reason) {
+  return {key, std::move(value), range, unit, reason, Audience::kUser};
 }
 
-OptionField userKey(const char* key, OptionValue value, const char* reason,
-                    const std::vector<std::string>& methods) {
-  return userKey(key, std::move(value), {}, "", reason, methods);
+OptionField userKey(const char* key, OptionValue value, const char* reason) {
+  return userKey(key, std::move(value), {}, "", reason);
 }
 
 OptionField advancedKey(const char* key, OptionValue value, OptionRange range, const char* unit,
-                        const char* reason, const std::vector<std::string>& methods) {
-  return {key, std::move(value), range, unit, reason, Audience::kAdvanced, methods};
+                        const char* reason) {
+  return {key, std::move(value), range, unit, reason, Audience::kAdvanced};
 }
 
-OptionField advancedKey(const char* key, OptionValue value, const char* reason,
-                        const std::vector<std::string>& methods) {
-  return advancedKey(key, std::move(value), {}, "", reason, methods);
+OptionField advancedKey(const char* key, OptionValue value, const char* reason) {
+  return advancedKey(key, std::move(value), {}, "", reason);
 }
 
 void appendSection(const std::string& prefix, OptionTable section,
