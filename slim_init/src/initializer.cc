@@ -16,16 +16,15 @@
 namespace slim_init {
 namespace {
 
-// The keyframes of provisional estimates: of every image at 20 Hz [s], half a second of them.
+// The keyframes of provisional estimates, twice as dense: half a second of images at 20 Hz.
 constexpr int kShortKeyframes = 11;
-constexpr double kShortInterval = 0.045;
 
 std::optional<WindowOptions> shortWindow(const InitializerOptions& options) {
   if (!options.provisional.enabled) return std::nullopt;
   WindowOptions window = options.window;
   window.keyframes = kShortKeyframes;
   window.min_keyframes = kMinKeyframes;
-  window.min_interval_s = kShortInterval;
+  window.min_interval_s = 0.5 * WindowOptions().min_interval_s;
   window.max_span_s = 0.0;
   return window;
 }

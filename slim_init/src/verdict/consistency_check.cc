@@ -11,9 +11,6 @@
 namespace slim_init {
 namespace {
 
-// An answer is an earlier one when this much of the data is newer [s]: a keyframe interval, and an
-// image at 10 Hz.
-constexpr double kMinNewData = 0.09;
 // Answers older than this are forgotten [s]: host and camera may drop some images in between.
 constexpr double kRemembered = 0.6;
 // Instants that both paths have: two displacements, so that not a single one decides.
@@ -104,14 +101,15 @@ void ConsistencyCheck::judge(InitResult* result) {
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
   while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
 
-  // The newest answers that are earlier than this one and than each other.
+  // The newest answers that are earlier than this one and than each other: by a keyframe interval.
+  const double newer = WindowOptions().min_interval_s;
   std::vector<const Estimate*> before;
-  double bound = newest - kMinNewData;
+  double bound = newest - newer;
   for (auto estimate = earlier_.rbegin(); estimate != earlier_.rend(); ++estimate) {
     if (static_cast<int>(before.size()) == earlier_estimates_) break;
     if (time(*estimate) > bound) continue;
     before.push_back(&*estimate);
-    bound = time(*estimate) - kMinNewData;
+    bound = time(*estimate) - newer;
   }
   const double span = newest - result->states.front().t;
   // A full window that passes after others have not may do so by chance as well.
