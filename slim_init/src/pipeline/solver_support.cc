@@ -130,8 +130,7 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
   if (sigmas.translation_m == 0.0) hold(3, 3);
   if (sigmas.td_s == 0.0) hold(6, 1);
   // A readout time that was not estimated was held.
-  constexpr double kHeldVariance = 1e-9;
-  if (!(out.covariance(7, 7) > kHeldVariance)) hold(7, 1);
+  if (!(out.covariance(7, 7) > 2.0 / kHold)) hold(7, 1);
   return out;
 }
 
