@@ -63,7 +63,7 @@ TEST(Rest, AStandingBodyIsAtRestWithManyPointsAndWithFew) {
     with_none += measured(standing(seed, 15), nullptr).isRest(kG, InertialOptions()) ? 1 : 0;
   }
   EXPECT_GE(with_few, 95);
-  // Fewer tracks than kFewestTracksAtRest say nothing.
+  // Fewer tracks than kFewestForSpread say nothing.
   EXPECT_EQ(with_none, 0);
 }
 

@@ -17,9 +17,6 @@ namespace {
 // Least median length of the noise of a bearing [px]. On images that stand it is below 0.1, and
 // slow errors of the tracker would pass for motion.
 constexpr double kLeastTrackNoise = 0.4;
-// Fewer tracks over the whole rest say too little: with a dozen, 0.05 m/s pass in one window
-// of 30.
-constexpr int kFewestTracksAtRest = 20;
 // Motion of the tracks and of the means of the IMU that a second of rest may have, in standard
 // deviations of their noise; two seconds may have twice that: the longer it is seen, the clearer
 // motion is. A rig with idling rotors sways by 2 to 3 in two seconds. At the least, the IMU sees a
@@ -113,7 +110,8 @@ RestMeasures measureRest(const InitWindow& window) {
 }
 
 bool RestMeasures::isRest(double gravity_magnitude, const InertialOptions& inertial) const {
-  if (track_count < kFewestTracksAtRest) return false;
+  // Of a dozen tracks over the whole rest 0.05 m/s pass in one window of 30.
+  if (track_count < kFewestForSpread) return false;
   const double bound = kMaxMotionAtRest * span / kRestSpan;
   return tracks <= bound && rate <= bound && force <= bound &&
          std::abs(mean_force.norm() - gravity_magnitude) <= 5.0 * inertial.accel_bias_prior &&
