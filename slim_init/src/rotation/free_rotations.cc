@@ -13,8 +13,7 @@
 namespace slim_init {
 namespace {
 
-// Where nothing is known, 40 are 24 px, and where the rotation is near.
-const CutoffSchedule kFar = {40.0, 10.0, 3.0, 3.0};
+// Where the rotation is near.
 const CutoffSchedule kNear = {3.0};
 // Share of its variance that a Gaussian has within kOutlierSigmas.
 constexpr double kVarianceWithinCutoff = 0.9733;
@@ -123,7 +122,7 @@ bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* 
   for (const Eigen::Matrix3d& R : startsFor(points, flow)) {
     RelativeRotation at;
     at.R_ci_cj = R;
-    if (!freeRotation(points, sigma, kFar, 0, &at)) continue;
+    if (!freeRotation(points, sigma, kWideStart, 0, &at)) continue;
     const double cost =
         points.consensusBaseline(at.R_ci_cj, sigma, {kOutlierSigmas, 0}, 0, at.baseline).cost;
     if (!(cost < lowest)) continue;

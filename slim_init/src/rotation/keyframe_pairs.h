@@ -32,6 +32,9 @@ inline constexpr int kLongGap = 4;
 /// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
 /// a residual. The first ones are wide where the start may be wrong.
 using CutoffSchedule = std::vector<double>;
+/// Where little is known of the rotation: 40 are 24 px, what eight degrees of extrinsic rotation
+/// make of a quick turn.
+inline const CutoffSchedule kWideStart = {40.0, 10.0, 3.0, 3.0};
 
 /// Residuals of the points of a pair.
 struct PointResiduals {

@@ -22,10 +22,9 @@ namespace slim_init {
 inline constexpr double kMaxBias = 1.0;
 /// With a smaller share of agreeing observations there is no consensus.
 inline constexpr double kMinInlierFraction = 0.3;
-/// Starts from a bias of zero at short gaps: where the calibration is right, and where it may be
-/// degrees off. 40 are 24 px, what eight degrees of extrinsic rotation make of a quick turn.
+/// Start from a bias of zero at short gaps where the calibration is right; kWideStart where it may
+/// be degrees off.
 inline const CutoffSchedule kNarrowStart = {3.0, 3.0};
-inline const CutoffSchedule kWideStart = {40.0, 10.0, 3.0, 3.0};
 
 /// Gyroscope bias with the observations that agree with it.
 struct RobustBias {
