@@ -52,59 +52,30 @@ Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d
   return solver.eigenvectors() * g;
 }
 
-namespace {
-
-// For N unknowns, or Eigen::Dynamic.
-template <int N>
-bool solveFor(const Eigen::Matrix<double, N, N>& H, const Eigen::Matrix<double, N, 1>& b,
-              double gravity_magnitude, Eigen::Matrix<double, N, 1>* x) {
-  constexpr int Q = N == Eigen::Dynamic ? Eigen::Dynamic : N - 3;
+bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
+                             double gravity_magnitude, Eigen::VectorXd* x) {
   const Eigen::Index q = H.rows() - 3;
-  if (!b.allFinite()) return false;
+  if (!b.allFinite() || !(H.diagonal().head(q).minCoeff() > 0.0)) return false;
   // Scaled to a unit diagonal, so that positions, velocities and scale weigh alike in the test for
   // definiteness.
-  Eigen::Matrix<double, Q, 1> scale(q);
-  for (Eigen::Index i = 0; i < q; ++i) {
-    if (!(H(i, i) > 0.0)) return false;
-    scale[i] = 1.0 / std::sqrt(H(i, i));
-  }
-  const Eigen::Matrix<double, Q, Q> A =
-      scale.asDiagonal() * H.template topLeftCorner<Q, Q>(q, q) * scale.asDiagonal();
-  const Eigen::LDLT<Eigen::Matrix<double, Q, Q>> ldlt(A);
+  const Eigen::VectorXd scale = H.diagonal().head(q).cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * H.topLeftCorner(q, q) *
+                                          scale.asDiagonal());
   // Input that is not finite fails this test as well.
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kMinPivot)) return false;
 
-  Eigen::Matrix<double, Q, 4> rhs(q, 4);
-  rhs.template leftCols<3>() =
-      scale.asDiagonal() * H.template bottomLeftCorner<3, Q>(3, q).transpose();
-  rhs.col(3) = scale.asDiagonal() * b.template head<Q>(q);
-  const Eigen::Matrix<double, Q, 4> solved = ldlt.solve(rhs);
-  const Eigen::Matrix3d S =
-      Eigen::Matrix3d(
-          H.template bottomRightCorner<3, 3>().template selfadjointView<Eigen::Lower>()) -
-      rhs.template leftCols<3>().transpose() * solved.template leftCols<3>();
-  const Eigen::Vector3d m =
-      b.template tail<3>() - rhs.template leftCols<3>().transpose() * solved.col(3);
+  const Eigen::MatrixXd by_gravity = scale.asDiagonal() * H.bottomLeftCorner(3, q).transpose();
+  const Eigen::MatrixXd solved = ldlt.solve(by_gravity);
+  const Eigen::VectorXd at_zero = ldlt.solve(scale.cwiseProduct(b.head(q)));
+  const Eigen::Matrix3d G = H.bottomRightCorner<3, 3>().selfadjointView<Eigen::Lower>();
+  const Eigen::Matrix3d S = G - by_gravity.transpose() * solved;
+  const Eigen::Vector3d m = b.tail<3>() - by_gravity.transpose() * at_zero;
   if (!S.allFinite() || !m.allFinite()) return false;
 
   const Eigen::Vector3d g = minimizeOnSphere(0.5 * (S + S.transpose()), m, gravity_magnitude);
   x->resize(q + 3);
-  x->template head<Q>(q) = scale.asDiagonal() * (solved.col(3) - solved.template leftCols<3>() * g);
-  x->template tail<3>() = g;
+  *x << scale.cwiseProduct(at_zero - solved * g), g;
   return x->allFinite();
-}
-
-}  // namespace
-
-bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
-                             double gravity_magnitude, Eigen::VectorXd* x) {
-  return solveFor<Eigen::Dynamic>(H, b, gravity_magnitude, x);
-}
-
-bool solveGravityConstrained(const Eigen::Matrix<double, 9, 9>& H,
-                             const Eigen::Matrix<double, 9, 1>& b, double gravity_magnitude,
-                             Eigen::Matrix<double, 9, 1>* x) {
-  return solveFor<9>(H, b, gravity_magnitude, x);
 }
 
 }  // namespace slim_init

@@ -16,10 +16,6 @@ namespace slim_init {
 /// input is not finite; x is then left alone.
 bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
                              double gravity_magnitude, Eigen::VectorXd* x);
-/// The same for nine unknowns, [v_0, b_a, g] of an inertial trajectory, without heap memory.
-bool solveGravityConstrained(const Eigen::Matrix<double, 9, 9>& H,
-                             const Eigen::Matrix<double, 9, 1>& b, double gravity_magnitude,
-                             Eigen::Matrix<double, 9, 1>* x);
 
 /// The 3x3 core of it: minimises g^T S g - 2 m^T g with |g| = G; S symmetric.
 Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d& m, double G);

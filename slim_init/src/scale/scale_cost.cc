@@ -241,9 +241,9 @@ bool ScaleCost::weighted(double ratio, Products* products) const {
 double ScaleCost::operator()(double log_ratio, Eigen::Matrix<double, 9, 1>* x) const {
   Products P;
   if (!valid_ || !weighted(std::exp(log_ratio), &P)) return HUGE_VAL;
-  const Eigen::Matrix<double, 9, 9> M = P.topLeftCorner<9, 9>() + prior_.H;
-  const Eigen::Matrix<double, 9, 1> b = prior_.b - P.topRightCorner<9, 1>();
-  Eigen::Matrix<double, 9, 1> at;
+  const Eigen::MatrixXd M = P.topLeftCorner<9, 9>() + prior_.H;
+  const Eigen::VectorXd b = prior_.b - P.topRightCorner<9, 1>();
+  Eigen::VectorXd at;
   if (!solveGravityConstrained(M, b, gravity_magnitude_, &at)) return HUGE_VAL;
   if (x != nullptr) *x = at;
   return at.dot(M * at) - 2.0 * b.dot(at) + P(9, 9) + prior_.constant;
