@@ -3,14 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "evaluation/scratch_folder.h"
+#include "support/csv.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -188,27 +187,10 @@ TEST(SummaryJson, SurvivesBytesThatAreNoText) {
   expectParts(json["dataset"], "\"name");
 }
 
-using Rows = std::vector<std::vector<std::string>>;
+using Fields = std::map<std::string, std::string>;
 
-/// Fields of a CSV text in which nothing is quoted.
-Rows parseCsv(const std::string& text) {
-  Rows rows;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream cells(line + ",");
-    rows.emplace_back();
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
-  }
-  return rows;
-}
-
-void expectFields(const Rows& rows, std::size_t row,
-                  const std::map<std::string, std::string>& expected) {
-  for (const auto& [column, value] : expected) {
-    const auto at = std::find(rows[0].begin(), rows[0].end(), column);
-    ASSERT_NE(at, rows[0].end()) << "no column " << column;
-    EXPECT_EQ(rows[row][static_cast<std::size_t>(at - rows[0].begin())], value) << column;
-  }
+void expectFields(const Fields& row, const Fields& expected) {
+  for (const auto& [column, value] : expected) EXPECT_EQ(row.at(column), value) << column;
 }
 
 TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
@@ -224,31 +206,28 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   first.answer.gates[0].value = 0.25;
   first.answer.gates[1].name = GateName::kLinkage;
   first.answer.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
-  const Rows rows = parseCsv(windowsCsv(someRun(), result));
-  ASSERT_EQ(rows.size(), 1u + 10u);
-  for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size());
-  expectFields(rows, 1,
-               {{"message", "said so"},
-                {"gates", "scale_sigma=0.25;linkage="},
-                {"stages_ms", "gyro_bias=0.5;ligt=0.25"},
-                {"t_start_ns", "1403715523912143104"},
-                {"method", "hand"},
-                {"status", "success"},
-                {"scale", "1.03"},
-                {"excited", "1"},
-                {"solve_ms", "1"},
-                {"solve_cpu_ms", "0.5"}});
-  expectFields(rows, 2, {{"method", "second"}});
-  expectFields(rows, 5, {{"status", "scale_too_uncertain"}, {"success", "1"}});
-  expectFields(rows, 7, {{"success", "0"}});
+  const std::string csv = windowsCsv(someRun(), result);
+  const auto rows = csvRows(csv);
+  ASSERT_EQ(rows.size(), 10u);
+  expectFields(rows[0], {{"message", "said so"},
+                         {"gates", "scale_sigma=0.25;linkage="},
+                         {"stages_ms", "gyro_bias=0.5;ligt=0.25"},
+                         {"t_start_ns", "1403715523912143104"},
+                         {"method", "hand"},
+                         {"status", "success"},
+                         {"scale", "1.03"},
+                         {"excited", "1"},
+                         {"solve_ms", "1"},
+                         {"solve_cpu_ms", "0.5"}});
+  expectFields(rows[1], {{"method", "second"}});
+  expectFields(rows[4], {{"status", "scale_too_uncertain"}, {"success", "1"}});
+  expectFields(rows[6], {{"success", "0"}});
   expectFields(
-      rows, 9,
+      rows[8],
       {{"attempted", "0"}, {"scale", ""}, {"excited", "0"}, {"not_evaluated", "no estimate"}});
   // What a clock says comes last, so that it can be cut off.
-  EXPECT_EQ(rows[0][rows[0].size() - 3], "solve_cpu_ms");
-  EXPECT_EQ(rows[0][rows[0].size() - 2], "solve_ms");
-  EXPECT_EQ(rows[0].back(), "stages_ms");
-  first.answer.message = "he said \"no\", twice,\nand left";
+  expectParts(csv, ",solve_cpu_ms,solve_ms,stages_ms\n");
+  first.message = "he said \"no\", twice,\nand left";
   expectParts(windowsCsv(someRun(), result), ",\"he said \"\"no\"\", twice,\nand left\",");
 }
 
@@ -300,8 +279,8 @@ TEST(Report, AcceptedAnswersHaveErrorsOfTheirOwn) {
               1e-12);
   EXPECT_NEAR(all.at("accept_s_median"), 1.0, 1e-12);
   EXPECT_NEAR(all.at("accept_s_p90"), 0.2 * 1.0 + 0.8 * 1.5, 1e-12);  // sorted 0.75, 1.0, 1.5
-  const auto rows = parseCsv(windowsCsv(someRun(), result));
-  expectFields(rows, 2, {{"answer_keyframes", "5"}, {"answer_s", "1"}, {"keyframes", "10"}});
+  const auto rows = csvRows(windowsCsv(someRun(), result));
+  expectFields(rows[1], {{"answer_keyframes", "5"}, {"answer_s", "1"}, {"keyframes", "10"}});
 }
 
 TEST(Report, WithoutTruthThereAreNoErrorColumns) {
@@ -330,8 +309,8 @@ TEST(WindowsCsv, AnAnswerWithoutStatesHasItsGravityAndBias) {
   answer = record(InitStatus::kStationary, false, 0.0, 1.0);
   answer.metrics.gravity_error_deg = 1.5;
   answer.metrics.gyro_bias_vec_err = 0.001;
-  const auto rows = parseCsv(windowsCsv(someRun(), result));
-  expectFields(rows, 2,
+  const auto rows = csvRows(windowsCsv(someRun(), result));
+  expectFields(rows[1],
                {{"gravity_error_deg", "1.5"}, {"gyro_bias_vec_err", "0.001"}, {"scale_error", ""}});
 }
 

@@ -12,7 +12,6 @@
 #include <tf2_msgs/TFMessage.h>
 #include <xmlrpcpp/XmlRpc.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -28,6 +27,7 @@
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/stream_monitor.h"
+#include "support/csv.h"
 #include "tools/run_program.h"
 
 namespace slim_init::node {
@@ -198,7 +198,7 @@ TEST_F(Init, IsWhatTheProgramComputesForThatWindow) {
                           "slim", "--stride", "1", "--quiet", "--out", folder.file("ab")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::map<std::string, std::string> window;  // the one of the result
-  for (const auto& row : windowRows(readFile(folder.file("ab/windows.csv")))) {
+  for (const auto& row : csvRows(readFile(folder.file("ab/windows.csv")))) {
     if (row.at("t_start_ns") == std::to_string(stampNs(result.stamps.front()))) window = row;
   }
   EXPECT_EQ(window["status"], "success");

@@ -13,6 +13,7 @@
 #include "evaluation/scratch_folder.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "support/csv.h"
 #include "tools/run_program.h"
 #include "tools/wall_recording.h"
 
@@ -226,7 +227,7 @@ TEST_F(Snippet, EveryWindowIsStationaryWithGravityAndGyroBias) {
     EXPECT_EQ(all["statuses"].value("stationary", 0), windows) << name << ": " << all["statuses"];
   }
   int stationary = 0;
-  for (const auto& row : windowRows(readFile(folder.file("out/windows.csv")))) {
+  for (const auto& row : csvRows(readFile(folder.file("out/windows.csv")))) {
     const std::string& method = row.at("method");
     if (row.at("status") != "stationary" || method == "vins" || method == "openvins") continue;
     ++stationary;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -76,33 +75,6 @@ inline std::string withoutTimes(const std::string& csv) {
     result += line + "\n";
   }
   return result;
-}
-
-/// The rows of windows.csv by column. Cells in quotes may hold commas.
-inline std::vector<std::map<std::string, std::string>> windowRows(const std::string& csv) {
-  const auto cellsOf = [](const std::string& line) {
-    std::vector<std::string> cells(1);
-    bool quoted = false;
-    for (const char c : line) {
-      if (c == '"') quoted = !quoted;
-      if (c == ',' && !quoted) cells.emplace_back();
-      if (c != '"' && (c != ',' || quoted)) cells.back() += c;
-    }
-    return cells;
-  };
-  std::istringstream lines(csv);
-  std::vector<std::map<std::string, std::string>> rows;
-  std::vector<std::string> header;
-  for (std::string line; std::getline(lines, line);) {
-    const std::vector<std::string> cells = cellsOf(line);
-    if (header.empty()) {
-      header = cells;
-      continue;
-    }
-    rows.emplace_back();
-    for (std::size_t i = 0; i < header.size(); ++i) rows.back()[header[i]] = cells.at(i);
-  }
-  return rows;
 }
 
 }  // namespace slim_init
