@@ -78,7 +78,7 @@ std::string configuration(const Eigen::Matrix3d& R_b_c, const std::string& topic
 }
 
 /// Filmed once for all tests; they change copies of its tables.
-class DoctorTool : public ::testing::Test {
+class DoctorTool : public ProgramTest {
  protected:
   static void SetUpTestSuite() {
     root_ = fs::path(::testing::TempDir()) / ("slim_init_doctor_" + std::to_string(getpid()));
@@ -94,7 +94,7 @@ class DoctorTool : public ::testing::Test {
 
   /// A copy that shares the images.
   fs::path copy() const {
-    const fs::path from = root_ / "room" / "mav0", to = fs::path(folder_.file("copy")) / "mav0";
+    const fs::path from = root_ / "room" / "mav0", to = fs::path(folder.file("copy")) / "mav0";
     for (const char* sensor : {"cam0", "imu0"}) {
       fs::create_directories(to / sensor);
       fs::copy(from / sensor / "data.csv", to / sensor / "data.csv");
@@ -104,10 +104,9 @@ class DoctorTool : public ::testing::Test {
     return to;
   }
 
-  ProgramRun doctor(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"doctor", "--json", folder_.file("doctor.json")});
-    ProgramRun run = runProgram(folder_, arguments);
-    json_ = nlohmann::json::parse(readFile(folder_.file("doctor.json")), nullptr, false);
+  ProgramRun doctor(const std::string& line) {
+    const ProgramRun run = typed("doctor --json @doctor.json " + line);
+    json_ = nlohmann::json::parse(readFile(folder.file("doctor.json")), nullptr, false);
     return run;
   }
   std::string severity(const std::string& check) const { return finding(check).at("severity"); }
@@ -119,14 +118,13 @@ class DoctorTool : public ::testing::Test {
     return {};
   }
 
-  ScratchFolder folder_;
   nlohmann::json json_;
   static fs::path root_;
 };
 fs::path DoctorTool::root_;
 
 TEST_F(DoctorTool, IsQuietOnAGoodRecording) {
-  const ProgramRun run = doctor({"--asl", room()});
+  const ProgramRun run = doctor("--asl " + room());
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(run.err, "");
   expectParts(run.out, "room: 0 errors, 0 warnings, 1 check not possible");
@@ -151,7 +149,7 @@ TEST_F(DoctorTool, MeasuresATimeOffsetFromPixels) {
   }
   std::ofstream(table) << late.str();
   std::ofstream(copied / "imu0" / "data.csv", std::ios::app) << "1,0,0,0,0,0,nan\n";
-  const ProgramRun run = doctor({"--asl", folder_.file("copy")});
+  const ProgramRun run = doctor("--asl @copy");
   EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
   EXPECT_NEAR(value("time_offset"), 30.0, 3.0);
   expectParts(run.out, "-> Set td: 0.0");
@@ -160,11 +158,11 @@ TEST_F(DoctorTool, MeasuresATimeOffsetFromPixels) {
 }
 
 TEST_F(DoctorTool, FindsATurnedExtrinsicInTheConfiguration) {
-  folder_.write("good.yaml", configuration(rig().calibration.R_b_c));
-  EXPECT_EQ(doctor({"--asl", room(), "--config", folder_.file("good.yaml")}).exit_code, 0);
-  folder_.write("turned.yaml",
-                configuration(rig().calibration.R_b_c * expSO3(Eigen::Vector3d(0, M_PI / 2, 0))));
-  const ProgramRun run = doctor({"--asl", room(), "--config", folder_.file("turned.yaml")});
+  folder.write("good.yaml", configuration(rig().calibration.R_b_c));
+  EXPECT_EQ(doctor("--config @good.yaml --asl " + room()).exit_code, 0);
+  folder.write("turned.yaml",
+               configuration(rig().calibration.R_b_c * expSO3(Eigen::Vector3d(0, M_PI / 2, 0))));
+  const ProgramRun run = doctor("--config @turned.yaml --asl " + room());
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NEAR(value("extrinsic_rotation"), 90.0, 0.5);
   EXPECT_EQ(severity("time_offset"), "ok");
@@ -180,7 +178,7 @@ TEST_F(DoctorTool, FindsBlackImages) {
     feature_tracker_lines::addNoise(1.5, 1, &image);
     cv::imwrite((to / "cam0" / "data" / entry.path().filename()).string(), image);
   }
-  const ProgramRun run = doctor({"--asl", folder_.file("copy")});
+  const ProgramRun run = doctor("--asl @copy");
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_EQ(severity("image_black"), "error");
   EXPECT_EQ(severity("time_offset"), "not_checked");
@@ -189,21 +187,20 @@ TEST_F(DoctorTool, FindsBlackImages) {
 TEST_F(DoctorTool, ReadsABag) {
   // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
-  ASSERT_EQ(evaluation::writeBag(room(), {"/hand/imu", "/hand/image", "", true},
-                                 folder_.file("room.bag")),
-            "");
-  folder_.write("config.yaml",
-                configuration(rig().calibration.R_b_c,
-                              "imu_topic: \"/hand/imu\"\nimage_topic: \"/hand/image\"\n"));
-  const ProgramRun run =
-      doctor({"--bag", folder_.file("room.bag"), "--config", folder_.file("config.yaml")});
+  ASSERT_EQ(
+      evaluation::writeBag(room(), {"/hand/imu", "/hand/image", "", true}, folder.file("room.bag")),
+      "");
+  folder.write("config.yaml",
+               configuration(rig().calibration.R_b_c,
+                             "imu_topic: \"/hand/imu\"\nimage_topic: \"/hand/image\"\n"));
+  const ProgramRun run = doctor("--bag @room.bag --config @config.yaml");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(severity("time_offset"), "ok");
   EXPECT_EQ(severity("extrinsic_rotation"), "ok");
 }
 
 TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
-  const ProgramRun run = doctor({"--asl", room(), "--limit", "30", "--quiet"});
+  const ProgramRun run = doctor("--limit 30 --quiet --asl " + room());
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out + run.err, "");
   EXPECT_TRUE(contains(finding("image_order").at("message"), " images, all in order"));
@@ -211,28 +208,18 @@ TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
 }
 
 TEST_F(DoctorTool, RefusesWhatItCannotUse) {
-  const auto message = [this](const std::vector<std::string>& arguments) {
-    std::vector<std::string> all = {"doctor"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    const ProgramRun run = runProgram(folder_, all);
-    EXPECT_EQ(run.exit_code, 2);
-    EXPECT_EQ(run.out, "");
-    return run.err;
-  };
-  EXPECT_TRUE(contains(message({}), "give one of --asl DIR and --bag FILE"));
-  EXPECT_TRUE(contains(message({"--asl", room(), "--bag", "x"}), "give one of"));
-  EXPECT_TRUE(contains(message({"--bag", "x"}), "--bag needs --config"));
-  EXPECT_TRUE(contains(message({"--asl", folder_.file("none")}), "is not a directory"));
-  EXPECT_TRUE(contains(message({"--asl", room(), "--config", folder_.file("none")}),
-                       "none: the file cannot be opened"));
-  EXPECT_TRUE(
-      contains(message({"--asl", room(), "--json", folder_.file("none/x.json")}), "--json"));
+  expectRefused("doctor", "give one of --asl DIR and --bag FILE");
+  expectRefused("doctor --bag x --asl " + room(), "give one of");
+  expectRefused("doctor --bag x", "--bag needs --config");
+  expectRefused("doctor --asl @none", "is not a directory");
+  expectRefused("doctor --config @none --asl " + room(), "none: the file cannot be opened");
+  expectRefused("doctor --json @none/x.json --asl " + room(), "--json");
 }
 
 TEST_F(DoctorTool, RealImagesStandingStill) {
   // The EuRoC recordings are no part of the repository: their licence is not ours.
   if (!fs::is_directory(SLIM_INIT_SNIPPET)) GTEST_SKIP() << "no recording in " SLIM_INIT_SNIPPET;
-  const ProgramRun run = doctor({"--asl", SLIM_INIT_SNIPPET});
+  const ProgramRun run = doctor("--asl " SLIM_INIT_SNIPPET);
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(severity("time_offset"), "not_checked");
   EXPECT_EQ(severity("extrinsic_rotation"), "not_checked");

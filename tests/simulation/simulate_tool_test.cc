@@ -25,15 +25,9 @@
 namespace slim_init {
 namespace {
 
-/// A short, small sequence; more arguments follow.
-std::vector<std::string> smallSequence(const std::string& out,
-                                       const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments = {
-      "simulate", "--builtin", "circle",     "--scene", "room",          "--out", out,
-      "--rate",   "10",        "--duration", "0.6",     "--image-scale", "0.2"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
+const std::string kSmall = "simulate --scene room --rate 10 --image-scale 0.2 ";
+/// A short, small sequence; more arguments and the folder follow.
+const std::string kSmallCircle = kSmall + "--builtin circle --duration 0.6 ";
 
 /// What the program has written there.
 std::unique_ptr<evaluation::ImageSequence> opened(const std::string& path) {
@@ -51,15 +45,11 @@ Config configured(const std::string& path) {
   return config;
 }
 
-class Simulate : public ::testing::Test {
- protected:
-  const ScratchFolder folder;
-};
+using Simulate = ProgramTest;
 
 TEST_F(Simulate, WritesASequenceThatIsReadBack) {
   NEEDS_POVRAY();
-  const ProgramRun run = runProgram(folder, smallSequence(folder.file("seq")));
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun run = succeeds(kSmallCircle + "--out @seq");
   EXPECT_EQ(run.err, "");  // no progress bar in a pipe
   expectParts(run.out, "7 images of 150x96");
 
@@ -106,37 +96,27 @@ TEST_F(Simulate, WritesASequenceThatIsReadBack) {
   const std::filesystem::directory_iterator entries(folder.file("seq"));
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
   // The same again gives the same bytes; into a folder that has images it does not write.
-  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("again"), {"--threads", "2"})).exit_code,
-            0);
+  succeeds(kSmallCircle + "--threads 2 --out @again");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.file("seq"))) {
     if (!entry.is_regular_file()) continue;
     const auto name = std::filesystem::relative(entry.path(), folder.file("seq"));
     EXPECT_EQ(readFile(entry.path().string()), readFile((folder.file("again") / name).string()))
         << name;
   }
-  const ProgramRun refused = runProgram(folder, smallSequence(folder.file("seq")));
-  EXPECT_EQ(refused.exit_code, 2);
-  expectParts(refused.err, "--out");
+  expectRefused(kSmallCircle + "--out @seq", "--out");
 }
 
 // The middle row sees what a global shutter sees, the first and the last one do not; the folder
 // says so, and what reads it knows.
 TEST_F(Simulate, ARollingShutterIsDrawnRowByRow) {
   NEEDS_POVRAY();
-  const std::vector<std::string> clean = {"--read-noise", "0",   "--shot-noise", "0",
-                                          "--duration",   "0.2", "--builtin",    "figure-eight"};
-  const auto simulate = [&](const char* name, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"simulate", "--scene",         "room",
-                                          "--out",    folder.file(name), "--rate",
-                                          "10",       "--image-scale",   "0.2"};
-    arguments.insert(arguments.end(), clean.begin(), clean.end());
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramRun run = runProgram(folder, arguments);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
+  const auto simulate = [&](const std::string& name, const std::string& more) {
+    succeeds(kSmall + "--read-noise 0 --shot-noise 0 --duration 0.2 --builtin figure-eight " +
+             more + " --out @" + name);
     return opened(folder.file(name));
   };
-  const auto global = simulate("global", {});
-  const auto rolling = simulate("rolling", {"--readout", "0.08"});
+  const auto global = simulate("global", "");
+  const auto rolling = simulate("rolling", "--readout 0.08");
   EXPECT_EQ(configured(folder.file("global")).calibration.readout_s, 0.0);
   EXPECT_EQ(configured(folder.file("rolling")).calibration.readout_s, 0.08);
   ASSERT_EQ(global->images(), rolling->images());
@@ -150,16 +130,14 @@ TEST_F(Simulate, ARollingShutterIsDrawnRowByRow) {
   const int rows = at_once.rows;
   EXPECT_LT(difference(rows / 2 - 3, rows / 2 + 3), 0.5 * difference(0, 6));
   EXPECT_LT(difference(rows / 2 - 3, rows / 2 + 3), 0.5 * difference(rows - 6, rows));
-  EXPECT_EQ(cv::norm(global->image(0, &error), simulate("again", {})->image(0, &error)), 0.0);
+  EXPECT_EQ(cv::norm(global->image(0, &error), simulate("again", "")->image(0, &error)), 0.0);
 }
 
 TEST_F(Simulate, MotionBlurAveragesOverTheExposure) {
   NEEDS_POVRAY();
-  const std::vector<std::string> clean = {"--read-noise", "0", "--shot-noise", "0"};
-  std::vector<std::string> blurred = clean;
-  blurred.insert(blurred.end(), {"--motion-blur", "50"});
-  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("sharp"), clean)).exit_code, 0);
-  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("blurred"), blurred)).exit_code, 0);
+  const std::string clean = kSmallCircle + "--read-noise 0 --shot-noise 0 --out @";
+  succeeds(clean + "sharp");
+  succeeds(clean + "blurred --motion-blur 50");
   const auto energy = [this](const char* name) {
     const auto sequence = opened(folder.file(name));
     double sum = 0.0;
@@ -179,10 +157,8 @@ TEST_F(Simulate, RecordingKeepsItsImuAndImageTimes) {
   const std::string data = SLIM_INIT_SHARED_DATA;
   // The EuRoC recordings are not part of the repository (their licence is not ours).
   if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
-  const ProgramRun run = runProgram(
-      folder, {"simulate", "--recorded", data + "/MH_04", "--scene", "hall", "--start", "30",
-               "--duration", "0.3", "--image-scale", "0.15", "--out", folder.file("seq")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun run = succeeds("simulate --scene hall --start 30 --duration 0.3 --out @seq " +
+                                  ("--image-scale 0.15 --recorded " + data) + "/MH_04");
   expectParts(run.err, "slim_init: note: ");
   evaluation::RecordedMotion recorded;
   ASSERT_TRUE(
@@ -221,11 +197,9 @@ TEST_F(Simulate, PosesFromAFile) {
   rig.replace(rig.find("9.81007"), 7, "9.79000");
   folder.write("rig.yaml", rig + matrixKey("\nspeed_rotation", 3, 3, "1, 0, 0, 0, 1, 0, 0, 0, 1") +
                                matrixKey("speed_translation", 3, 1, "0, 0, 0"));
-  const ProgramRun run =
-      runLine(folder,
-              "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "
-              "--config @rig.yaml --speed 0 --out @seq");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  succeeds(
+      "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "
+      "--config @rig.yaml --speed 0 --out @seq");
   const auto sequence = opened(folder.file("seq"));
   EXPECT_EQ(sequence->images(), 5u);
   for (const ImuSample& sample : sequence->imu) {
@@ -263,25 +237,22 @@ TEST_F(Simulate, BadInputIsASentence) {
       {"--csv @word.csv --povray sh", "word.csv line 1|column 4 (p_z): 'one'"},
       {"--csv @norm.csv --povray sh", "norm is 2"},
   };
-  for (const auto& [typed, said] : commands) {
-    const ProgramRun run = runLine(folder, std::string("simulate --out @out ") + typed);
-    EXPECT_EQ(run.exit_code, 2) << typed << ": " << run.err;
-    EXPECT_EQ(run.out, "");
-    expectParts(run.err, said);
-    EXPECT_FALSE(std::filesystem::exists(folder.file("out"))) << typed;
+  for (const auto& [line, said] : commands) {
+    expectRefused(std::string("simulate --out @out ") + line, said);
+    EXPECT_FALSE(std::filesystem::exists(folder.file("out"))) << line;
   }
 }
 
 TEST_F(Simulate, FailingRendererIsReportedWithItsLastLines) {
   folder.write("broken", "#!/bin/sh\necho Fatal error in parser\nexit 9\n");
   std::filesystem::permissions(folder.file("broken"), std::filesystem::perms::owner_all);
-  const ProgramRun run =
-      runProgram(folder, smallSequence(folder.file("out"), {"--povray", folder.file("broken")}));
+  const std::string line = kSmallCircle + "--povray @broken --out @";
+  const ProgramRun run = typed(line + "out");
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "exit code 9 at frame 1 of 7|Fatal error in parser");
   // One that draws does not outlive the program.
   folder.write("broken", "#!/bin/sh\necho $$ > " + folder.file("pid") + "\nexec sleep 20\n");
-  auto arguments = smallSequence(folder.file("none"), {"--povray", folder.file("broken")});
+  auto arguments = words(folder, line + "none");
   arguments.insert(arguments.begin(), {"-s", "KILL", "2", SLIM_INIT_PROGRAM});
   runProgram(folder, arguments, "timeout");
   usleep(500000);

@@ -4,57 +4,21 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <string>
-#include <vector>
 
 #include "evaluation/scratch_folder.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "support/csv.h"
-#include "tools/run_program.h"
+#include "tools/ab_runs.h"
 #include "tools/wall_recording.h"
 
 namespace slim_init {
 namespace {
 
 namespace fs = std::filesystem;
-
-nlohmann::json summaryOf(const std::string& out) {
-  return nlohmann::json::parse(readFile(out + "/summary.json"));
-}
-
-/// windows.csv without times and without the name of the recording, its first column.
-std::string windowsOf(const std::string& out) {
-  std::istringstream lines(withoutTimes(readFile(out + "/windows.csv")));
-  std::string rows;
-  for (std::string line; std::getline(lines, line);) rows += line.substr(line.find(',')) + "\n";
-  return rows;
-}
-
-/// `slim_init ab` in a folder of its own.
-class AbRuns : public ::testing::Test {
- protected:
-  /// `slim_init ab LINE`; the report goes to `out`.
-  ProgramRun ab(const std::string& line, const std::string& out = "out") const {
-    return runLine(folder, "ab " + line + " --out @" + out);
-  }
-  /// The same, which has to succeed.
-  ProgramRun ran(const std::string& line, const std::string& out = "out") const {
-    const ProgramRun run = ab(line, out);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return run;
-  }
-  /// A configuration of the wall with `to` in place of `from`.
-  void writeConfig(const std::string& name, const std::string& from, const std::string& to) const {
-    std::string text = Wall::config();
-    folder.write(name, text.replace(text.find(from), from.size(), to));
-  }
-
-  const ScratchFolder folder;
-};
 
 /// With images and configuration of the wall.
 class AbAsl : public AbRuns {
@@ -63,12 +27,17 @@ class AbAsl : public AbRuns {
     Wall::writeAsl(folder.file("wall"));
     folder.write("config.yaml", Wall::config());
   }
+  /// A configuration with `to` in place of `from`.
+  void writeConfig(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string text = Wall::config();
+    folder.write(name, text.replace(text.find(from), from.size(), to));
+  }
 };
 
 TEST_F(AbAsl, RunsFromPixelsToTheReport) {
   const ProgramRun run = ran("--asl @wall --methods drt-l,slim-paper");
   EXPECT_EQ(run.err, "");
-  const auto json = summaryOf(folder.file("out"));
+  const auto json = summaryOf();
   EXPECT_EQ(json["dataset"], "wall");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
   EXPECT_EQ(json["options"]["asl"], folder.file("wall"));
@@ -90,8 +59,7 @@ TEST_F(AbAsl, RunsFromPixelsToTheReport) {
 TEST_F(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   writeConfig("early.yaml", "td: 0.0", "td: -0.02");
   const auto run = [this](const std::string& out, const std::string& line) {
-    ran("--asl @wall --methods drt-l --keyframes 10 --config " + line, out);
-    return summaryOf(folder.file(out));
+    return summary("--asl @wall --methods drt-l --keyframes 10 --config " + line, out);
   };
   const auto wrong = run("wrong", "@config.yaml --td-error 0.02 --seed 4");
   const auto written = run("written", "@early.yaml");
@@ -129,27 +97,19 @@ TEST_F(AbAsl, UnreadableImagesAreCountedAndTheRunGoesOn) {
   const ProgramRun run = ran("--asl @wall --methods drt-l");
   expectParts(run.err,
               "2 of 80 images cannot be read|1 of 80 images were refused|1 of 81 images of");
-  EXPECT_EQ(summaryOf(folder.file("out"))["tracking"]["tracked"], 77);
+  EXPECT_EQ(summaryOf()["tracking"]["tracked"], 77);
 }
 
 TEST_F(AbAsl, BadInputExitsWithTwoAndASentence) {
-  const auto refused = [this](const std::string& part) {
-    const ProgramRun run = ab("--asl @wall");
-    EXPECT_EQ(run.exit_code, 2) << part;
-    EXPECT_EQ(run.err.rfind("slim_init: ", 0), 0u) << run.err;
-    EXPECT_TRUE(contains(run.err, part)) << part << " in: " << run.err;
-    EXPECT_FALSE(fs::exists(folder.file("out")));
-  };
+  const std::string line = "ab --asl @wall --out @out";
   fs::remove_all(folder.file("wall/mav0/state_groundtruth_estimate0"));
-  const ProgramRun demo = runLine(folder, "demo --asl @wall --out @out");
-  EXPECT_EQ(demo.exit_code, 2);
-  expectParts(demo.err, "wall has no ground truth");
+  expectRefused("demo --asl @wall --out @out", "wall has no ground truth");
   fs::remove(folder.file("wall/mav0/cam0/sensor.yaml"));
-  refused("no calibration that can be used");
+  expectRefused(line, "no calibration that can be used");
   folder.write("wall/mav0/imu0/data.csv", "1,2,3\n");
-  refused("imu0/data.csv line 1 has 3 columns, must have 7");
+  expectRefused(line, "imu0/data.csv line 1 has 3 columns, must have 7");
   fs::remove_all(folder.file("wall"));
-  refused("is not a directory");
+  expectRefused(line, "is not a directory");
 }
 
 /// With a bag of it as well.
@@ -161,19 +121,25 @@ class AbBag : public AbAsl {
     AbAsl::SetUp();
     Wall::writeBag(folder.file("wall.bag"));
   }
+  /// windows.csv without times and without the name of the recording, its first column.
+  std::string windowsOf(const std::string& out) const {
+    std::istringstream lines(withoutTimes(readFile(folder.file(out) + "/windows.csv")));
+    std::string rows;
+    for (std::string line; std::getline(lines, line);) rows += line.substr(line.find(',')) + "\n";
+    return rows;
+  }
 };
 
 TEST_F(AbBag, GivesTheSameWindowsAsTheFolderBitForBit) {
   ran("--asl @wall --config @config.yaml", "asl");
   ran("--bag @wall.bag --config @config.yaml", "bag");
-  EXPECT_GT(windowsOf(folder.file("asl")).size(), 1000u);
-  EXPECT_EQ(windowsOf(folder.file("asl")), windowsOf(folder.file("bag")));
-  EXPECT_EQ(summaryOf(folder.file("bag"))["dataset"], "wall");
+  EXPECT_GT(windowsOf("asl").size(), 1000u);
+  EXPECT_EQ(windowsOf("asl"), windowsOf("bag"));
+  EXPECT_EQ(summaryOf("bag")["dataset"], "wall");
 
   // The truth may be absent.
   fs::remove(evaluation::groundtruthFileOf(folder.file("wall.bag")));
-  ran("--bag @wall.bag --config @config.yaml", "none");
-  const auto none = summaryOf(folder.file("none"));
+  const auto none = summary("--bag @wall.bag --config @config.yaml", "none");
   EXPECT_EQ(none["has_truth"], false);
   expectParts(none["notes"].dump(), "without ground truth there are no errors");
 }
@@ -181,9 +147,8 @@ TEST_F(AbBag, GivesTheSameWindowsAsTheFolderBitForBit) {
 TEST_F(AbBag, BadBagsExitWithTwoAndASentence) {
   writeConfig("other.yaml", "/wall/image", "/cam0/image");
   const auto refused = [this](const std::string& config, const std::string& part) {
-    const ProgramRun run = ab("--bag @wall.bag --config @" + config);
-    EXPECT_EQ(run.exit_code, 2) << part;
-    EXPECT_TRUE(contains(run.err, part)) << part << " in: " << run.err;
+    expectRefused("ab --bag @wall.bag --out @out --config @" + config, part);
+    EXPECT_FALSE(fs::exists(folder.file("out")));
   };
   refused("other.yaml",
           "has no topic '/cam0/image' (image_topic); it has /wall/image "
@@ -205,8 +170,7 @@ class Snippet : public AbRuns {
 };
 
 TEST_F(Snippet, RunsEndToEndAndKeepsItsTracks) {
-  ran("--asl " SLIM_INIT_SNIPPET);
-  const auto json = summaryOf(folder.file("out"));
+  const auto json = summary("--asl " SLIM_INIT_SNIPPET);
   EXPECT_EQ(json["dataset"], "euroc_v1_01_snippet");
   EXPECT_EQ(json["tracking"]["tracked"], 65);
   EXPECT_GE(json["tracking"]["points_carried"].get<double>(), 100.0);
@@ -214,8 +178,7 @@ TEST_F(Snippet, RunsEndToEndAndKeepsItsTracks) {
 }
 
 TEST_F(Snippet, EveryWindowIsStationaryWithGravityAndGyroBias) {
-  ran("--asl " SLIM_INIT_SNIPPET " --gates on --stride 5");
-  const auto json = summaryOf(folder.file("out"));
+  const auto json = summary("--asl " SLIM_INIT_SNIPPET " --gates on --stride 5");
   ASSERT_FALSE(json["methods"].empty());
   for (const auto& [name, method] : json["methods"].items()) {
     const auto& all = method["all"];
@@ -247,8 +210,8 @@ class MovingSnippet : public AbRuns {
   }
 
   nlohmann::json allOf(const std::string& errors) const {
-    ran("--asl " SLIM_INIT_MOVING " --methods slim --stride 10 " + errors);
-    return summaryOf(folder.file("out"))["methods"]["slim"]["all"];
+    return summary("--asl " SLIM_INIT_MOVING " --methods slim --stride 10 " +
+                   errors)["methods"]["slim"]["all"];
   }
 };
 

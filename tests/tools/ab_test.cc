@@ -3,19 +3,17 @@
 // `slim_init ab` as a user runs it: the real program, its exit code and what it says.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
-#include "tools/run_program.h"
+#include "tools/ab_runs.h"
 #include "tools/small_recording.h"
 
 namespace slim_init {
@@ -107,28 +105,23 @@ const BadCommand kBadCommands[] = {
      "holds no window of 15 keyframes"},
 };
 
-class AbBadInput : public ::testing::TestWithParam<BadCommand> {};
+class AbBadInput : public ProgramTest, public ::testing::WithParamInterface<BadCommand> {};
 
 TEST_P(AbBadInput, ExitsWithTwoAndASentence) {
-  const ScratchFolder folder;
-  std::vector<std::string> arguments = words(folder, GetParam().typed);
+  std::string line = GetParam().typed;
   // Should the input be taken for good, it must not write into the working directory.
-  if (arguments.size() > 2) arguments.insert(arguments.begin() + 1, {"--out", folder.file("out")});
-  const ProgramRun run = runProgram(folder, arguments);
-  EXPECT_EQ(run.exit_code, 2) << run.err;
-  EXPECT_EQ(run.err.rfind("slim_init: ", 0), 0u) << run.err;
-  EXPECT_EQ(run.out, "");
-  expectParts(run.err, GetParam().said);
+  if (words(folder, line).size() > 2) line.insert(line.find(' '), " --out @out");
+  expectRefused(line, GetParam().said);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, AbBadInput, ::testing::ValuesIn(kBadCommands),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(Program, HelpVersionAndMethodsExitWithZero) {
-  const ScratchFolder folder;
-  const auto answers = [&](const char* typed, const char* said) {
-    const ProgramRun run = runLine(folder, typed);
-    EXPECT_EQ(run.exit_code, 0) << typed;
+using Program = ProgramTest;
+
+TEST_F(Program, HelpVersionAndMethodsExitWithZero) {
+  const auto answers = [this](const char* line, const char* said) {
+    const ProgramRun run = succeeds(line);
     expectParts(run.out, said);
     return run;
   };
@@ -147,30 +140,10 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
   answers("ab --nonsense --help", "--td-error");
   EXPECT_EQ(answers("--version", "slim_init ").out.rfind("slim_init ", 0), 0u);
   EXPECT_EQ(answers("methods", "drt-l").err, "");
-  const ProgramRun run = runLine(folder, "options --keys user --update @none");
-  EXPECT_EQ(run.exit_code, 2);
-  expectParts(run.err, "--keys has no effect with --update");
+  expectRefused("options --keys user --update @none", "--keys has no effect with --update");
 }
 
-nlohmann::json summaryOf(const ScratchFolder& folder, const std::string& out = "out") {
-  return nlohmann::json::parse(readFile(folder.file(out) + "/summary.json"));
-}
-
-class Ab : public ::testing::Test {
- protected:
-  /// `slim_init ab LINE` into `out`, which has to succeed.
-  ProgramRun ran(const std::string& line, const std::string& out = "out") const {
-    const ProgramRun run = runLine(folder, "ab " + line + " --out @" + out);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return run;
-  }
-  nlohmann::json summary(const std::string& line, const std::string& out = "out") const {
-    ran(line, out);
-    return summaryOf(folder, out);
-  }
-
-  const ScratchFolder folder;
-};
+using Ab = AbRuns;
 
 TEST_F(Ab, BuiltinRunWritesItsData) {
   const std::string out = folder.file("out");
@@ -181,13 +154,13 @@ TEST_F(Ab, BuiltinRunWritesItsData) {
   expectParts(run.out, "drt-l");
   expectParts(run.out, "Data: " + out + "/summary.json");
 
-  const auto json = summaryOf(folder);
+  const auto json = summaryOf();
   EXPECT_EQ(json["dataset"], "figure-eight");
   EXPECT_EQ(json["gyro_bias_truth"], "simulated");
   EXPECT_EQ(json["options"]["seed"], 3);
   EXPECT_GT(json["simulated"]["outlier_tracks"].get<int>(), 0);
   EXPECT_GT(json["simulated"]["point_tracks"].get<int>(), 100);
-  expectParts(runLine(folder, "--version").out, json["version"]);
+  expectParts(typed("--version").out, json["version"]);
   EXPECT_TRUE(json.contains("commit"));
   EXPECT_TRUE(contains(json["command"].get<std::string>(), "--builtin figure-eight"));
   const auto& all = json["methods"]["drt-l"]["all"];
@@ -219,7 +192,7 @@ TEST_F(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
   const ProgramRun run =
       ran("--builtin figure-eight --duration 5 --methods drt-l --options @o.yaml");
   expectParts(run.out, "First estimates, solved at every image");
-  const auto json = summaryOf(folder);
+  const auto json = summaryOf();
   EXPECT_EQ(json["options"]["keyframes"], "5..15");
   EXPECT_EQ(json["options"]["interval_s"], 0.09);
   EXPECT_EQ(json["options"]["span_s"], 3.0);
@@ -353,7 +326,7 @@ TEST_F(Ab, LeadingZerosAreDecimal) {
 
 TEST_F(Ab, UnwritableReportExitsWithOne) {
   folder.write("file", "in the way");
-  const ProgramRun run = runLine(folder, "ab --builtin circle --duration 5 --out @file");
+  const ProgramRun run = typed("ab --builtin circle --duration 5 --out @file");
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "--out: directory");
 }
@@ -362,14 +335,7 @@ TEST_F(Ab, UnwritableReportExitsWithOne) {
 class AbOptionsFile : public Ab {
  protected:
   ProgramRun onCircle(const std::string& out, const std::string& line) const {
-    return runLine(folder, "ab --builtin circle --duration 6 --methods drt-l,slim-paper --quiet " +
-                               line + " --out @" + out);
-  }
-  /// The same, which has to succeed.
-  ProgramRun ranOnCircle(const std::string& out, const std::string& line) const {
-    const ProgramRun run = onCircle(out, line);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return run;
+    return ran("--builtin circle --duration 6 --methods drt-l,slim-paper --quiet " + line, out);
   }
   /// The rows of one method in windows.csv, without times.
   std::string rowsOf(const std::string& out, const std::string& method) const {
@@ -390,7 +356,7 @@ TEST_F(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   for (const auto& [out, options] :
        {std::pair("plain", ""), std::pair("none", "--options @none.yaml"),
         std::pair("narrow", "--options @narrow.yaml")}) {
-    EXPECT_EQ(ranOnCircle(out, std::string("--keyframes 10 ") + options).err, "");
+    EXPECT_EQ(onCircle(out, std::string("--keyframes 10 ") + options).err, "");
   }
   EXPECT_GT(rowsOf("plain", "slim-paper").size(), 500u);
   // The defaults, written down, change nothing.
@@ -398,8 +364,8 @@ TEST_F(AbOptionsFile, AKeyChangesTheMethodsThatReadItOnly) {
   EXPECT_NE(rowsOf("plain", "slim-paper"), rowsOf("narrow", "slim-paper"));
   EXPECT_EQ(rowsOf("plain", "drt-l"), rowsOf("narrow", "drt-l"));
 
-  EXPECT_EQ(summaryOf(folder, "plain")["options"].count("options"), 0u);
-  const auto options = summaryOf(folder, "narrow")["options"];
+  EXPECT_EQ(summaryOf("plain")["options"].count("options"), 0u);
+  const auto options = summaryOf("narrow")["options"];
   EXPECT_EQ(options["options"], folder.file("narrow.yaml"));
   EXPECT_EQ(options["slim_init.vanishing_point.inlier_threshold_deg"], 0.2);
   EXPECT_EQ(options["keyframes"], 10);
@@ -409,27 +375,27 @@ TEST_F(AbOptionsFile, TheCommandLineWins) {
   folder.write("file.yaml",
                "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6, max_span_s: 2}\n"
                "  gates: {mode: on}\n");
-  ranOnCircle("file", "--options @file.yaml");
-  auto options = summaryOf(folder, "file")["options"];
+  onCircle("file", "--options @file.yaml");
+  auto options = summaryOf("file")["options"];
   EXPECT_EQ(options["keyframes"], "6..8");
   EXPECT_EQ(options["span_s"], 2.0);
   EXPECT_EQ(options["gates"], "on");
   EXPECT_TRUE(contains(rowsOf("file", "drt-l"), ",8,"));
   // Also with the value that would be the default, and below the file's min_keyframes.
-  ranOnCircle("typed", "--options @file.yaml --keyframes 10 --gates own");
-  ranOnCircle("plain", "--keyframes 10");
-  options = summaryOf(folder, "typed")["options"];
+  onCircle("typed", "--options @file.yaml --keyframes 10 --gates own");
+  onCircle("plain", "--keyframes 10");
+  options = summaryOf("typed")["options"];
   EXPECT_EQ(options["keyframes"], 10);
   EXPECT_EQ(options["gates"], "own");
   EXPECT_EQ(rowsOf("typed", "drt-l"), rowsOf("plain", "drt-l"));
-  ranOnCircle("short", "--options @file.yaml --keyframes 5");
-  EXPECT_EQ(summaryOf(folder, "short")["options"]["keyframes"], 5);
+  onCircle("short", "--options @file.yaml --keyframes 5");
+  EXPECT_EQ(summaryOf("short")["options"]["keyframes"], 5);
 }
 
 TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
   const std::string config = SLIM_INIT_SOURCE_DIR "/config/euroc.yaml";
-  ranOnCircle("config", "--keyframes 10 --config " + config);
-  EXPECT_EQ(summaryOf(folder, "config")["options"]["config"], config);
+  onCircle("config", "--keyframes 10 --config " + config);
+  EXPECT_EQ(summaryOf("config")["options"]["config"], config);
   EXPECT_GT(rowsOf("config", "drt-l").size(), 500u);
   // A camera turned about its axis by a right angle sees other things.
   std::string text = readFile(config);
@@ -438,13 +404,13 @@ TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
   text.replace(text.find(rotation), text.find(']', text.find(rotation)) - text.find(rotation),
                "data: [ 0., 0., 1., -1., 0., 0., 0., -1., 0.");
   folder.write("turned.yaml", text);
-  ranOnCircle("turned", "--keyframes 10 --config @turned.yaml");
+  onCircle("turned", "--keyframes 10 --config @turned.yaml");
   EXPECT_NE(rowsOf("config", "drt-l"), rowsOf("turned", "drt-l"));
   // In the middle of its image a MEI camera is a pinhole of half the length, if xi is one.
   const auto write = [&](const char* name, std::vector<std::pair<const char*, const char*>> swaps) {
     for (const auto& [from, to] : swaps) text.replace(text.find(from), std::strlen(from), to);
     folder.write("lens.yaml", text);
-    ranOnCircle(name, "--keyframes 10 --config @lens.yaml");
+    onCircle(name, "--keyframes 10 --config @lens.yaml");
   };
   text = readFile(config) + "mirror_parameters: {xi: 1.0}\n";
   write("pinhole", {{"fx: 458.654", "fx: 450"}, {"fy: 457.296", "fy: 450"}});
@@ -454,27 +420,23 @@ TEST_F(AbOptionsFile, AConfigurationBringsTheRig) {
                 {"cx: ", "u0: "},
                 {"cy: ", "v0: "}});
   EXPECT_EQ(rowsOf("pinhole", "drt-l"), rowsOf("mei", "drt-l"));
-  const ProgramRun missing = onCircle("out", "--config @no.yaml");
-  EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_TRUE(contains(missing.err, "slim_init: " + folder.file("no.yaml"))) << missing.err;
+  expectRefused("ab --builtin circle --config @no.yaml --out @out",
+                "slim_init: " + folder.file("no.yaml"));
 }
 
 TEST_F(AbOptionsFile, KeysWithoutEffectAreNoted) {
   folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  noise: {gyro_density: 0.001}\n");
-  const ProgramRun run = ranOnCircle("out", "--keyframes 10 --options @file.yaml");
+  const ProgramRun run = onCircle("out", "--keyframes 10 --options @file.yaml");
   expectParts(run.err, "slim_init: note: |not used here: slim_init.noise.gyro_density (");
-  const std::string notes = summaryOf(folder, "out")["notes"].dump();
+  const std::string notes = summaryOf("out")["notes"].dump();
   expectParts(notes, "slim_init.noise.gyro_density");
 }
 
 TEST_F(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   const auto refused = [&](const std::string& text, const std::string& parts) {
     if (!text.empty()) folder.write("file.yaml", text);
-    const ProgramRun run = onCircle("out", "--options @file.yaml");
-    EXPECT_EQ(run.exit_code, 2) << text;
-    EXPECT_EQ(run.out, "");
-    EXPECT_EQ(run.err.rfind("slim_init: --options: " + folder.file("file.yaml"), 0), 0u) << run.err;
-    expectParts(run.err, parts);
+    expectRefused("ab --builtin circle --options @file.yaml --out @out",
+                  "slim_init: --options: " + folder.file("file.yaml") + "|" + parts);
     EXPECT_FALSE(std::filesystem::exists(folder.file("out")));
   };
   refused("", "cannot be opened");
@@ -485,30 +447,29 @@ TEST_F(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 16}\n",
           "slim_init.window.keyframes is 16|[4, 15]");
   folder.write("off.yaml", "%YAML:1.0\nslim_init:\n  gates: {mode: off}\n");
-  const ProgramRun run = runLine(folder, "ab --builtin circle --options @off.yaml --out @out");
-  expectParts(run.err, "off.yaml: slim_init.gates.mode off: no method would wait");
+  expectRefused("ab --builtin circle --options @off.yaml --out @out",
+                "off.yaml: slim_init.gates.mode off: no method would wait");
 }
 
 TEST_F(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
   writeRecording(folder, 8.0, 0.0);
   const ProgramRun run = ran("--recorded @ --methods drt-l");
   expectParts(run.err, "slim_init: note: |[0.01, 0.02, -0.03] rad/s");
-  const auto json = summaryOf(folder);
+  const auto json = summaryOf();
   EXPECT_EQ(json["gyro_bias_truth"], "fitted");
   EXPECT_GT(json["methods"]["drt-l"]["all"]["windows"].get<int>(), 5);
 }
 
 TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
   writeRecording(folder, 8.0, 0.3);
-  ProgramRun run = ran("--recorded @ --methods drt-l");
+  const ProgramRun run = ran("--recorded @ --methods drt-l");
   expectParts(run.err, "imu0.csv has 1 IMU gap longer than 0.05 s");
   EXPECT_TRUE(contains(readFile(folder.file("out/summary.json")), "1 IMU gap longer"));
 
   writeRecording(folder, 4.2, 0.3);  // 2 s before the gap and 1.9 s after it: no window fits
-  run = runLine(folder, "ab --recorded @ --out @out");
-  EXPECT_EQ(run.exit_code, 2);
-  expectParts(run.err,
-              "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
+  expectRefused(
+      "ab --recorded @ --out @out",
+      "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
 }
 
 TEST_F(Ab, ImagesOutsideImuDataAndGroundTruthAreDiscarded) {
@@ -522,9 +483,8 @@ TEST_F(Ab, ImagesOutsideImuDataAndGroundTruthAreDiscarded) {
   expectParts(ran("--recorded @ --methods drt-l").err,
               "1 of 162 images lie outside the IMU data or the ground truth");
   folder.write("cam0_timestamps.csv", "1500000000000000000\n1500000000000000001\n");
-  const ProgramRun run = runLine(folder, "ab --recorded @ --out @out");
-  EXPECT_EQ(run.exit_code, 2);
-  expectParts(run.err, "none of 2 images lies within IMU data and ground truth");
+  expectRefused("ab --recorded @ --out @out",
+                "none of 2 images lies within IMU data and ground truth");
 }
 
 class AbOfRecordings : public Ab {
@@ -537,11 +497,9 @@ class AbOfRecordings : public Ab {
 };
 
 TEST_F(AbOfRecordings, OneRuns) {
-  const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
-                                             "--limit", "20", "--out", folder.file("out")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun run = ran("--recorded " + data + "/MH_04 --world hall --limit 20");
   expectParts(run.err, "57 of 2033 images");
-  const auto json = summaryOf(folder);
+  const auto json = summaryOf();
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
   EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);

@@ -60,9 +60,32 @@ inline std::vector<std::string> words(const ScratchFolder& folder, const std::st
   }
   return words;
 }
-inline ProgramRun runLine(const ScratchFolder& folder, const std::string& line) {
-  return runProgram(folder, words(folder, line));
-}
+
+/// The program in a folder of its own.
+class ProgramTest : public ::testing::Test {
+ protected:
+  /// `slim_init LINE`; see words().
+  ProgramRun typed(const std::string& line) const {
+    return runProgram(folder, words(folder, line));
+  }
+  /// The same, which has to succeed.
+  ProgramRun succeeds(const std::string& line) const {
+    const ProgramRun run = typed(line);
+    EXPECT_EQ(run.exit_code, 0) << line << ": " << run.err;
+    return run;
+  }
+  /// The same with bad input: a sentence with all of `parts` and nothing else.
+  void expectRefused(const std::string& line, const std::string& parts) const {
+    SCOPED_TRACE(line);
+    const ProgramRun run = typed(line);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(run.err.rfind("slim_init: ", 0), 0u) << run.err;
+    expectParts(run.err, parts);
+  }
+
+  const ScratchFolder folder;
+};
 
 /// windows.csv without its last three columns, which hold times. None holds a comma or a quote, so
 /// cutting from the right is safe.
