@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/config/config.h"
 
-#include <dirent.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -93,6 +93,13 @@ class ConfigFile : public ::testing::Test {
   void expectRefused(const std::string& text, const std::string& words) {
     write(text);
     expectError(words);
+  }
+  // The same for a file of our own beside the minimal one.
+  void expectOptionsRefused(const std::string& text, const std::string& words) {
+    write(kHostFile);
+    writeOptions("%YAML:1.0\n" + text);
+    options_ = optionsPath();
+    expectError(words, optionsPath());
   }
 
   const ScratchFolder folder_;
@@ -485,10 +492,7 @@ class ConfigSectionErrors : public ConfigFile, public ::testing::WithParamInterf
 
 TEST_P(ConfigSectionErrors, InTheHostsFileAndInItsOwn) {
   expectRefused(kHostFile + GetParam().section, GetParam().words);
-  write(kHostFile);
-  writeOptions(std::string("%YAML:1.0\n") + GetParam().section);
-  options_ = optionsPath();
-  expectError(GetParam().words, optionsPath());
+  expectOptionsRefused(GetParam().section, GetParam().words);
   Config config;
   std::string error;
   EXPECT_FALSE(loadOptions(optionsPath(), &config, &error));
@@ -528,12 +532,8 @@ const OurError kOurErrors[] = {
 INSTANTIATE_TEST_SUITE_P(All, ConfigSectionErrors, ::testing::ValuesIn(kOurErrors));
 
 TEST_F(ConfigErrors, AFileOfOurOwnWithoutTheSection) {
-  write(kHostFile);
-  writeOptions("%YAML:1.0\nsigma_px: 0.4\n");
-  options_ = optionsPath();
-  expectError("the section slim_init: is missing", optionsPath());
-  writeOptions("%YAML:1.0\nslim_init:\n#  sigma_px: 0.4\n");
-  expectError("the section slim_init: is missing", optionsPath());
+  expectOptionsRefused("sigma_px: 0.4\n", "the section slim_init: is missing");
+  expectOptionsRefused("slim_init:\n#  sigma_px: 0.4\n", "the section slim_init: is missing");
 }
 
 TEST_F(ConfigErrors, ValueOutOfRangeNamesTheFileItCameFrom) {
@@ -563,11 +563,7 @@ TEST_F(ConfigErrors, KeyTwice) {
   std::string error;
   EXPECT_FALSE(loadHostKeys(path_, &keys, &error));
   expectParts(error, path_ + ": initializer is given twice");
-
-  write(kHostFile);
-  writeOptions("%YAML:1.0\n" + section + section);
-  options_ = optionsPath();
-  expectError("slim_init is given twice", optionsPath());
+  expectOptionsRefused(section + section, "slim_init is given twice");
 }
 
 TEST_F(ConfigFile, AKeyOfTheHostAloneMayStandTwice) {
@@ -779,19 +775,16 @@ TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
 }
 
 TEST(ShippedConfigs, AllLoad) {
-  DIR* directory = opendir(kConfigDir.c_str());
-  ASSERT_NE(directory, nullptr);
   int loaded = 0;
-  for (const dirent* entry = readdir(directory); entry != nullptr; entry = readdir(directory)) {
-    const std::string name = entry->d_name;
-    if (name.size() < 5 || name.compare(name.size() - 5, 5, ".yaml") != 0) continue;
-    const bool rig = readFile(kConfigDir + name).find("\nmodel_type:") != std::string::npos;
-    const Config config = loadedFrom(kConfigDir + name, rig ? FileOf::kHost : FileOf::kOurs);
-    EXPECT_EQ(config.options.validate(), "") << name;
-    EXPECT_EQ(config.calibration.validate(), "") << name;
+  for (const auto& entry : std::filesystem::directory_iterator(kConfigDir)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string file = entry.path().string();
+    const bool rig = contains(readFile(file), "\nmodel_type:");
+    const Config config = loadedFrom(file, rig ? FileOf::kHost : FileOf::kOurs);
+    EXPECT_EQ(config.options.validate(), "") << file;
+    EXPECT_EQ(config.calibration.validate(), "") << file;
     ++loaded;
   }
-  closedir(directory);
   EXPECT_GE(loaded, 6);
 }
 
