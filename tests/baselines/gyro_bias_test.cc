@@ -17,21 +17,26 @@ namespace {
 
 using Eigen::Vector3d;
 
-GyroBiasProblem pointsOnly(PairLoss loss) {
+// From the points alone.
+GyroBiasEstimate estimateOf(const InitWindow& window, PairLoss loss = PairLoss::kEigenvalue) {
   GyroBiasProblem problem;
   problem.pair_loss = loss;
-  return problem;
+  return estimateGyroBias(window, problem);
+}
+
+void expectNear(const GyroBiasEstimate& estimate, const ExactWindow& exact, double relative) {
+  ASSERT_TRUE(estimate.valid);
+  const Vector3d& truth = exact.truth.front().gyro_bias;
+  EXPECT_LT((estimate.gyro_bias - truth).norm() / truth.norm(), relative);
 }
 
 TEST(GyroBias, NoiseFreeRecoveryFromZero) {
   for (PairLoss loss : {PairLoss::kEigenvalue, PairLoss::kSumOfSquares}) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
-      const ExactWindowOptions options = seeded(seed);
-      const ExactWindow exact = makeExactWindow(options);
-      const GyroBiasEstimate estimate = estimateGyroBias(*exact.window, pointsOnly(loss));
-      ASSERT_TRUE(estimate.valid);
-      EXPECT_LT((estimate.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm(), 1e-10)
-          << "seed " << seed;
+      SCOPED_TRACE(seed);
+      const ExactWindow exact = makeExactWindow(seeded(seed));
+      const GyroBiasEstimate estimate = estimateOf(*exact.window, loss);
+      expectNear(estimate, exact, 1e-10);
       EXPECT_EQ(estimate.point_pairs, 9);
     }
   }
@@ -41,14 +46,9 @@ TEST(GyroBias, NoisyRecoveryStaysWithinTolerance) {
   // 0.6 px at a good excitation: DRT reports 2 % on EuRoC's easier sequences.
   constexpr double kTolerance = 0.08;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const ExactWindowOptions options = seeded(seed, 0.6);
-    const ExactWindow exact = makeExactWindow(options);
-    const GyroBiasEstimate estimate =
-        estimateGyroBias(*exact.window, pointsOnly(PairLoss::kEigenvalue));
-    ASSERT_TRUE(estimate.valid);
-    EXPECT_LT((estimate.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm(),
-              kTolerance)
-        << "seed " << seed;
+    SCOPED_TRACE(seed);
+    const ExactWindow exact = makeExactWindow(seeded(seed, 0.6));
+    expectNear(estimateOf(*exact.window), exact, kTolerance);
   }
 }
 
@@ -99,17 +99,14 @@ TEST(GyroBias, SameMinimumAsCeres) {
   ceres::Solve(ceres_options, &problem, &summary);
   ASSERT_TRUE(summary.IsSolutionUsable());
 
-  const GyroBiasProblem ours = pointsOnly(PairLoss::kSumOfSquares);
-  const GyroBiasEstimate estimate = estimateGyroBias(window, ours);
+  const GyroBiasEstimate estimate = estimateOf(window, PairLoss::kSumOfSquares);
   EXPECT_LT((estimate.gyro_bias - Vector3d(bias[0], bias[1], bias[2])).norm(), 1e-6);
 }
 
 TEST(GyroBias, TooFewPointsIsNotValid) {
   ExactWindowOptions options;
   options.points = 4;
-  const ExactWindow exact = makeExactWindow(options);
-  const GyroBiasEstimate estimate =
-      estimateGyroBias(*exact.window, pointsOnly(PairLoss::kEigenvalue));
+  const GyroBiasEstimate estimate = estimateOf(*makeExactWindow(options).window);
   EXPECT_FALSE(estimate.valid);
   EXPECT_EQ(estimate.point_pairs, 0);
 }
