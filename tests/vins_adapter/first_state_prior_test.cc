@@ -63,42 +63,53 @@ HostState inHost(const NavState& state) {
   return host;
 }
 
-TEST(FirstStatePrior, PositionAndHeadingAreFree) {
-  const InitResult result = answer();
-  const HostState host = inHost(result.states.front());
-  const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
-  ASSERT_EQ(root.rows(), 11);
-  EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
-  // A turn of the world about the vertical: attitude and velocity follow.
+// A turn of the world about the vertical: attitude and velocity follow.
+Eigen::Matrix<double, 15, 1> turnOf(const HostState& host) {
   Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();
-  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  turn.segment<3>(3) = host.R.transpose() * z;
-  turn.segment<3>(6) = z.cross(host.V);
-  EXPECT_LT((root * turn).norm(), 1e-9 * root.norm());
+  turn.segment<3>(3) = host.R.transpose() * Eigen::Vector3d::UnitZ();
+  turn.segment<3>(6) = Eigen::Vector3d::UnitZ().cross(host.V);
+  return turn;
 }
 
-TEST(FirstStatePrior, TheRestHasTheCovarianceOfTheAnswer) {
-  const InitResult result = answer();
-  const HostState host = inHost(result.states.front());
-  const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
+// Of the velocity, by itself.
+Eigen::Matrix3d velocityCovariance(const Root& root) {
+  const Eigen::MatrixXd information = root.transpose() * root;
+  return information.block<3, 3>(6, 6).inverse();
+}
+
+// An answer in a host.
+class FirstStatePrior : public ::testing::Test {
+ protected:
+  InitResult result_ = answer();
+  const HostState state_ = inHost(result_.states.front());
+  const std::vector<double> prior_ = firstStatePrior(result_, result_.states.front(), state_);
+};
+
+TEST_F(FirstStatePrior, PositionAndHeadingAreFree) {
+  const Root root = rootOf(prior_);
+  ASSERT_EQ(root.rows(), 11);
+  EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
+  EXPECT_LT((root * turnOf(state_)).norm(), 1e-9 * root.norm());
+}
+
+TEST_F(FirstStatePrior, TheRestHasTheCovarianceOfTheAnswer) {
+  const Root root = rootOf(prior_);
   EXPECT_NEAR(sigmasOf(root, 9, kSigmaAccel), 1.0, 1e-9);
   EXPECT_NEAR(sigmasOf(root, 12, kSigmaGyro), 1.0, 1e-9);
   // Velocity and tilt go together, through the velocity in the body.
-  const Eigen::MatrixXd information = root.transpose() * root;
-  const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
+  const Eigen::Matrix3d of_v = velocityCovariance(root);
   EXPECT_LE(of_v.diagonal().maxCoeff(), 1.1 * kSigmaVelocity * kSigmaVelocity);
   EXPECT_GE(of_v.diagonal().minCoeff(), 0.95 * kSigmaVelocity * kSigmaVelocity);
 }
 
 // Tilt and accelerometer bias over half a second widen the velocity.
-TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
-  InitResult result = answer();
+TEST_F(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
   // At rest the free heading does not move the velocity.
-  for (NavState& state : result.states) state.v_w_b.setZero();
-  const auto variance = [&result](double before) {
-    NavState at = result.states.front();
+  for (NavState& state : result_.states) state.v_w_b.setZero();
+  const auto variance = [this](double before) {
+    NavState at = result_.states.front();
     at.t -= before;
-    const Root root = rootOf(firstStatePrior(result, at, inHost(at)));
+    const Root root = rootOf(firstStatePrior(result_, at, inHost(at)));
     const Eigen::MatrixXd information =
         root.transpose() * root + 1e-6 * Eigen::MatrixXd::Identity(15, 15);
     return information.inverse().diagonal().segment<3>(6).sum();
@@ -111,46 +122,40 @@ TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
 }
 
 // A body that stood: however long ago, it is the same state.
-TEST(FirstStatePrior, AtRestItIsAsCertainAsAtTheKeyframe) {
-  InitResult result = answer();
-  for (NavState& state : result.states) state.v_w_b.setZero();
-  NavState at = result.states.front();
-  const std::vector<double> here = firstStatePrior(result, at, inHost(at));
+TEST_F(FirstStatePrior, AtRestItIsAsCertainAsAtTheKeyframe) {
+  for (NavState& state : result_.states) state.v_w_b.setZero();
+  NavState at = result_.states.front();
+  const std::vector<double> here = firstStatePrior(result_, at, inHost(at));
   at.t -= 30.0;
-  EXPECT_NE(firstStatePrior(result, at, inHost(at)), here);
-  result.at_rest_since = at.t;
-  EXPECT_EQ(firstStatePrior(result, at, inHost(at)), here);
+  EXPECT_NE(firstStatePrior(result_, at, inHost(at)), here);
+  result_.at_rest_since = at.t;
+  EXPECT_EQ(firstStatePrior(result_, at, inHost(at)), here);
   at.t -= 0.1;
-  EXPECT_NE(firstStatePrior(result, at, inHost(at)), here);
+  EXPECT_NE(firstStatePrior(result_, at, inHost(at)), here);
 }
 
 // A state that the host has had: once, and with the covariance of a state in flight.
-TEST(FirstStatePrior, OfAHealthyState) {
+TEST_F(FirstStatePrior, OfAHealthyState) {
   host_health::PropagatedState healthy;
-  healthy.state = answer().states.front();
+  healthy.state = result_.states.front();
   healthy.covariance = host_health::healthyCovariance();
-  const HostState host = inHost(healthy.state);
-  const Root root = rootOf(firstStatePrior(healthy, host));
+  const Root root = rootOf(firstStatePrior(healthy, state_));
   ASSERT_EQ(root.rows(), 11);
   EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
   EXPECT_NEAR(sigmasOf(root, 9, std::sqrt(healthy.covariance(12, 12))), 1.0, 1e-9);
   EXPECT_NEAR(sigmasOf(root, 12, std::sqrt(healthy.covariance(9, 9))), 1.0, 1e-9);
-  const Eigen::MatrixXd information = root.transpose() * root;
-  const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
-  EXPECT_NEAR(of_v.diagonal().maxCoeff(), healthy.covariance(3, 3), 0.1 * healthy.covariance(3, 3));
+  EXPECT_NEAR(velocityCovariance(root).diagonal().maxCoeff(), healthy.covariance(3, 3),
+              0.1 * healthy.covariance(3, 3));
   healthy.covariance.setZero();
-  EXPECT_TRUE(firstStatePrior(healthy, host).empty());
+  EXPECT_TRUE(firstStatePrior(healthy, state_).empty());
 }
 
-TEST(FirstStatePrior, WithoutACovarianceThereIsNone) {
-  InitResult result = answer();
-  const HostState host = inHost(result.states.front());
-  result.covariance.resize(0, 0);
-  EXPECT_TRUE(firstStatePrior(result, result.states.front(), host).empty());
-  result = answer();
-  result.covariance.setZero();
-  EXPECT_TRUE(firstStatePrior(result, result.states.front(), host).empty());
-  EXPECT_TRUE(firstStatePrior(InitResult(), NavState(), host).empty());
+TEST_F(FirstStatePrior, WithoutACovarianceThereIsNone) {
+  result_.covariance.setZero();
+  EXPECT_TRUE(firstStatePrior(result_, result_.states.front(), state_).empty());
+  result_.covariance.resize(0, 0);
+  EXPECT_TRUE(firstStatePrior(result_, result_.states.front(), state_).empty());
+  EXPECT_TRUE(firstStatePrior(InitResult(), NavState(), state_).empty());
 }
 
 // The members that VINS-Mono's estimator has.
@@ -176,20 +181,17 @@ struct Host {
   std::vector<double*> last_marginalization_parameter_blocks;
 };
 
-TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
-  const InitResult result = answer();
-  const HostState state = inHost(result.states.front());
+TEST_F(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
   Host host;
-  host.Ps[0] = state.P;
-  host.Rs[0] = state.R;
-  host.Vs[0] = state.V;
+  host.Ps[0] = state_.P;
+  host.Rs[0] = state_.R;
+  host.Vs[0] = state_.V;
   host.Bas[0] = Eigen::Vector3d(0.1, 0.2, 0.3);
   host.Bgs[0] = Eigen::Vector3d(0.01, 0.02, 0.03);
   glue_detail::setPrior(host, std::vector<double>(), false);
   EXPECT_EQ(host.last_marginalization_info, nullptr);
-  const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
   for (int again = 0; again < 2; ++again) {
-    glue_detail::setPrior(host, prior, false);
+    glue_detail::setPrior(host, prior_, false);
     const Info* info = host.last_marginalization_info;
     ASSERT_NE(info, nullptr);
     EXPECT_EQ(info->m, 0);
@@ -199,12 +201,12 @@ TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
     EXPECT_EQ(host.last_marginalization_parameter_blocks,
               (std::vector<double*>{host.para_Pose[0], host.para_SpeedBias[0]}));
     EXPECT_EQ(info->linearized_residuals.norm(), 0.0);
-    EXPECT_EQ(info->linearized_jacobians.topRows(11), rootOf(prior));
+    EXPECT_EQ(info->linearized_jacobians.topRows(11), rootOf(prior_));
     EXPECT_EQ(info->linearized_jacobians.bottomRows(4).norm(), 0.0);
     const Eigen::Map<const Eigen::Quaterniond> q(info->keep_block_data[0] + 3);
-    EXPECT_LT((q.toRotationMatrix() - state.R).norm(), 1e-12);
-    EXPECT_EQ(info->keep_block_data[0][1], state.P.y());
-    EXPECT_EQ(info->keep_block_data[1][0], state.V.x());
+    EXPECT_LT((q.toRotationMatrix() - state_.R).norm(), 1e-12);
+    EXPECT_EQ(info->keep_block_data[0][1], state_.P.y());
+    EXPECT_EQ(info->keep_block_data[1][0], state_.V.x());
     EXPECT_EQ(info->keep_block_data[1][4], 0.2);
     EXPECT_EQ(info->keep_block_data[1][8], 0.03);
   }
@@ -216,37 +218,30 @@ struct AnchoredHost : Host {
   bool first_optimization = false;
 };
 
-TEST(FirstStatePrior, AnAnchoredHostHoldsPositionAndHeadingToo) {
-  const InitResult result = answer();
-  const HostState state = inHost(result.states.front());
-  const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
+TEST_F(FirstStatePrior, AnAnchoredHostHoldsPositionAndHeadingToo) {
   AnchoredHost host;
-  host.Rs[0] = state.R;
+  host.Rs[0] = state_.R;
   Host other;
   EXPECT_FALSE(glue_detail::anchorAgain(other));
   ASSERT_TRUE(glue_detail::anchorAgain(host));
   EXPECT_TRUE(host.first_optimization);
-  glue_detail::setPrior(host, prior, true);
+  glue_detail::setPrior(host, prior_, true);
   const Eigen::MatrixXd& root = host.last_marginalization_info->linearized_jacobians;
-  EXPECT_EQ(root.topRows(11), rootOf(prior));
+  EXPECT_EQ(root.topRows(11), rootOf(prior_));
   EXPECT_EQ(Eigen::FullPivLU<Eigen::MatrixXd>(root).rank(), 15);
   // A metre and a radian about the vertical cost what they cost in the host's factor; what else is
   // known keeps its covariance.
-  Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();
-  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  turn.segment<3>(3) = state.R.transpose() * z;
-  turn.segment<3>(6) = z.cross(state.V);
-  EXPECT_NEAR((root * turn).norm(), 120.0, 1e-6);
+  EXPECT_NEAR((root * turnOf(state_)).norm(), 120.0, 1e-6);
   EXPECT_NEAR(root.col(1).norm(), 120.0, 1e-9);
   EXPECT_EQ(root.bottomRows(4).rightCols(9).norm(), 0.0);
   // A tilt is not held by the four rows.
   Eigen::Matrix<double, 15, 1> tilt = Eigen::Matrix<double, 15, 1>::Zero();
-  tilt.segment<3>(3) = state.R.transpose() * Eigen::Vector3d::UnitX();
+  tilt.segment<3>(3) = state_.R.transpose() * Eigen::Vector3d::UnitX();
   EXPECT_LT((root.bottomRows(4) * tilt).norm(), 1e-9);
 }
 
 // A host without them stays as it is.
-TEST(FirstStatePrior, AHostWithoutTheMembersCompiles) {
+TEST_F(FirstStatePrior, AHostWithoutTheMembersCompiles) {
   int host = 7;
   glue_detail::setPrior(host, std::vector<double>(165, 1.0), true);
   EXPECT_EQ(host, 7);
