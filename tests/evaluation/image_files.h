@@ -10,8 +10,16 @@
 
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "support/text_parts.h"
 
 namespace slim_init::evaluation {
+
+/// Image `k` cannot be had; the sentence about it names its stamp and has `parts`.
+inline void expectNoImage(ImageSequence* sequence, std::size_t k, const std::string& parts) {
+  std::string error;
+  EXPECT_TRUE(sequence->image(k, &error).empty()) << k;
+  expectParts(error, std::to_string(sequence->stampNs(sequence->image_times[k])) + "|" + parts);
+}
 
 /// A recording of a second, small enough for every test to write its own.
 struct TinyRecording {
