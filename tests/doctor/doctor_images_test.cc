@@ -77,24 +77,19 @@ std::string configuration(const Eigen::Matrix3d& R_b_c, const std::string& topic
          "g_norm: 9.81007\ntd: 0.0\n";
 }
 
-/// Filmed once for all tests; they change copies of its tables.
 class DoctorTool : public ProgramTest {
  protected:
-  static void SetUpTestSuite() {
-    root_ = fs::path(::testing::TempDir()) / ("slim_init_doctor_" + std::to_string(getpid()));
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-    film(room());
+  /// Filmed once for all tests; they change copies of its tables.
+  static std::string room() {
+    static const Folder filmed("slim_init_doctor_" + std::to_string(getpid()));
+    const std::string directory = filmed.file("room");
+    if (!fs::exists(directory)) film(directory);
+    return directory;
   }
-  static void TearDownTestSuite() {
-    std::error_code ignored;
-    fs::remove_all(root_, ignored);
-  }
-  static std::string room() { return (root_ / "room").string(); }
 
   /// A copy that shares the images.
   fs::path copy() const {
-    const fs::path from = root_ / "room" / "mav0", to = fs::path(folder.file("copy")) / "mav0";
+    const fs::path from = fs::path(room()) / "mav0", to = fs::path(folder.file("copy")) / "mav0";
     for (const char* sensor : {"cam0", "imu0"}) {
       fs::create_directories(to / sensor);
       fs::copy(from / sensor / "data.csv", to / sensor / "data.csv");
@@ -119,9 +114,7 @@ class DoctorTool : public ProgramTest {
   }
 
   nlohmann::json json_;
-  static fs::path root_;
 };
-fs::path DoctorTool::root_;
 
 TEST_F(DoctorTool, IsQuietOnAGoodRecording) {
   const ProgramRun run = doctor("--asl " + room());
@@ -173,7 +166,7 @@ TEST_F(DoctorTool, FindsBlackImages) {
   const fs::path to = copy();
   fs::remove(to / "cam0" / "data");
   fs::create_directories(to / "cam0" / "data");
-  for (const auto& entry : fs::directory_iterator(root_ / "room" / "mav0" / "cam0" / "data")) {
+  for (const auto& entry : fs::directory_iterator(room() + "/mav0/cam0/data")) {
     cv::Mat image = cv::Mat::zeros(240, 376, CV_8UC1);
     feature_tracker_lines::addNoise(1.5, 1, &image);
     cv::imwrite((to / "cam0" / "data" / entry.path().filename()).string(), image);

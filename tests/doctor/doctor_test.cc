@@ -94,24 +94,18 @@ void expectTheOnlyError(const DoctorReport& report, const char* check) {
 
 class Doctor : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { good_ = new DoctorData(recording(Handheld())); }
-  static void TearDownTestSuite() {
-    delete good_;
-    good_ = nullptr;
+  static DoctorData good() {
+    static const DoctorData data = recording(Handheld());
+    return data;
   }
-  static DoctorData good() { return *good_; }
-  DoctorData data_ = good();
   static DoctorData standing() {
     Handheld motion;
     motion.turning.setZero();
     motion.moving = 0.0;
     return recording(motion);
   }
-
- private:
-  static DoctorData* good_;
+  DoctorData data_ = good();
 };
-DoctorData* Doctor::good_ = nullptr;
 
 TEST_F(Doctor, IsQuietOnGoodData) {
   const DoctorReport report = examined(good());
