@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "geometry/so3.h"
@@ -12,6 +11,7 @@
 #include "prior.h"
 #include "reprojection_cost.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init::backend {
@@ -22,7 +22,7 @@ constexpr double kTolerance = 1e-6;
 
 class BackendFactors : public ::testing::TestWithParam<int> {
  protected:
-  BackendFactors() : rng_(GetParam()), calibration_(eurocCalibration()) {
+  BackendFactors() : gaussian_(GetParam()), calibration_(eurocCalibration()) {
     for (int k = 0; k < 2; ++k) {
       auto frame = std::make_unique<Frame>();
       frame->id = k;
@@ -35,14 +35,12 @@ class BackendFactors : public ::testing::TestWithParam<int> {
       state.accel_bias = 0.1 * random();
       frame->set(state);
       // Away from theta = 0, where the right Jacobian is not the identity.
-      for (int i = 3; i < 6; ++i) frame->pose[i] = 0.3 * distribution_(rng_);
+      for (int i = 3; i < 6; ++i) frame->pose[i] = 0.3 * gaussian_();
       frames_.push_back(std::move(frame));
     }
   }
 
-  Eigen::Vector3d random() {
-    return {distribution_(rng_), distribution_(rng_), distribution_(rng_)};
-  }
+  Eigen::Vector3d random() { return gaussian_.vector(); }
 
   // All Jacobians of a cost at the present values of its blocks.
   void check(const ceres::CostFunction& cost, const std::vector<double*>& blocks) {
@@ -70,8 +68,7 @@ class BackendFactors : public ::testing::TestWithParam<int> {
     }
   }
 
-  std::mt19937 rng_;
-  std::normal_distribution<double> distribution_;
+  Gaussian gaussian_;
   Calibration calibration_;
   Frames frames_;
 };
@@ -131,7 +128,7 @@ TEST_P(BackendFactors, ReprojectionOfATruePointIsZero) {
 TEST_P(BackendFactors, Anchor) {
   const Prior anchor = anchorAt(*frames_[0]);
   frames_[0]->R_ref = expSO3(0.4 * random()) * frames_[0]->R_ref;
-  for (int i = 0; i < 3; ++i) frames_[0]->pose[i] += distribution_(rng_);
+  for (int i = 0; i < 3; ++i) frames_[0]->pose[i] += gaussian_();
   const PriorCost cost(anchor, frames_);
   check(cost, {frames_[0]->pose.data(), frames_[0]->motion.data()});
 }
@@ -142,7 +139,7 @@ TEST_P(BackendFactors, Prior) {
   for (const BlockKey& key : prior.blocks) {
     BlockPoint first;
     first.x = Eigen::VectorXd::Zero(key.size());
-    for (double& value : first.x) value = distribution_(rng_);
+    for (double& value : first.x) value = gaussian_();
     if (key.kind == BlockKind::kPose) {
       first.x.tail<3>().setZero();
       first.R = frames_[static_cast<std::size_t>(key.frame)]->rotation() * expSO3(0.2 * random());
@@ -150,7 +147,7 @@ TEST_P(BackendFactors, Prior) {
     prior.first.push_back(first);
   }
   prior.J.resize(12, 21);
-  for (Eigen::Index k = 0; k < prior.J.size(); ++k) prior.J.data()[k] = distribution_(rng_);
+  for (Eigen::Index k = 0; k < prior.J.size(); ++k) prior.J.data()[k] = gaussian_();
   prior.r0 = Eigen::VectorXd::Ones(12);
   const PriorCost cost(prior, frames_);
   check(cost, {frames_[0]->pose.data(), frames_[0]->motion.data(), frames_[1]->pose.data()});

@@ -20,6 +20,7 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/motion_sensors.h"
 #include "slim_init/simulation/world.h"
+#include "support/gaussian.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -461,9 +462,8 @@ TEST_F(Doctor, NoiseOfTheImuIsMeasured) {
   EXPECT_EQ(find(quiet, "gyro_noise").severity, Severity::kOk);
   EXPECT_GT(quiet.answers.assumed_noise.accel_density, sheet.accel_density);
 
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, 0.5);  // [m/s^2]: rotors
-  for (ImuSample& sample : data_.imu) sample.accel += Vector3d{noise(random), noise(random), 0.0};
+  Gaussian noise(3);  // 0.5 m/s^2: rotors
+  for (ImuSample& sample : data_.imu) sample.accel += 0.5 * Vector3d{noise(), noise(), 0.0};
   const DoctorReport shaking = examined(data_);
   EXPECT_EQ(find(shaking, "accel_noise").severity, Severity::kNote);
   expectParts(find(shaking, "accel_noise").message,

@@ -28,8 +28,8 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
-#include "support/drawn_vector.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 #include "support/text_parts.h"
 
@@ -204,8 +204,7 @@ TEST(TrackPlace, ExactViewsGiveTheExactPlace) {
 // Over draws of the noise, the inverse depth has the reported variance, with much parallax and
 // with little.
 TEST(TrackPlace, CovarianceFits) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Gaussian normal(3);
   const double sigma = 1e-3;
   for (const double baseline : {1.0, 0.1}) {
     std::vector<CameraPose> cameras(6);
@@ -219,9 +218,7 @@ TEST(TrackPlace, CovarianceFits) {
       std::vector<TrackView> views;
       for (const CameraPose& camera : cameras) {
         const Eigen::Vector3d exact = (point - camera.p_w_c).normalized();
-        Eigen::Vector2d noise;
-        noise.x() = sigma * normal(random);
-        noise.y() = sigma * normal(random);
+        const Eigen::Vector2d noise = sigma * Eigen::Vector2d{normal(), normal()};
         views.push_back({&camera, (exact + tangentOf(exact) * noise).normalized()});
       }
       TrackPlace place;
@@ -319,8 +316,6 @@ struct DamageCase {
 };
 
 std::vector<DamageCase> damageCases() {
-  static std::mt19937 random(5);
-  static std::normal_distribution<double> normal;
   const auto push = [](double accel, double gyro) {
     return [accel, gyro](ImuSample* sample) {
       sample->accel.x() += accel;
@@ -706,11 +701,9 @@ TEST(Innovation, FewTracksAreNotJudged) {
 // blank. They do not speak against the IMU.
 TEST(Innovation, TracksWithoutOrderAreKeptOut) {
   Flight flight(flightOf(Motion::kExcited, kNoisePx));
-  std::mt19937 random(9);
-  std::normal_distribution<double> normal;
+  Gaussian normal(9);
   for (PointObservation& point : flight.frames[20].points) {
-    point.bearing =
-        (point.bearing + 0.1 * drawnVector([&] { return normal(random); })).normalized();
+    point.bearing = (point.bearing + 0.1 * normal.vector()).normalized();
   }
   const Innovation result = flight.at(20);
   EXPECT_EQ(result.culprit, Culprit::kImages) << result.message;
@@ -757,7 +750,7 @@ TEST(Innovation, KnownDamageIsAllowed) {
 // A host's window with errors of the size of a real one's: they drift, and each pose has its own.
 class HostErrors {
  public:
-  explicit HostErrors(unsigned seed) : random_(seed) {}
+  explicit HostErrors(unsigned seed) : normal_(seed) {}
 
   void step() {
     drift(0.04, &velocity_);
@@ -768,7 +761,7 @@ class HostErrors {
     Eigen::Vector3d scale(scale_, 0, 0);
     drift(0.01, &scale);
     scale_ = scale.x();
-    jitter_.push_back({0.02 / 57.3 * draw(), 0.001 * draw()});
+    jitter_.push_back({0.02 / 57.3 * normal_.vector(), 0.001 * normal_.vector()});
   }
   // `frame`: the index of step() that made its own error.
   NavState disturbed(const NavState& truth, std::size_t frame, const NavState& origin) const {
@@ -784,16 +777,12 @@ class HostErrors {
   }
 
  private:
-  Eigen::Vector3d draw() {
-    return drawnVector([this] { return normal_(random_); });
-  }
   // Correlated over 3 s.
   void drift(double sigma, Eigen::Vector3d* error) {
-    *error = 0.97 * *error + 0.243 * sigma * draw();
+    *error = 0.97 * *error + 0.243 * sigma * normal_.vector();
   }
 
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_;
+  Gaussian normal_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero(), tilt_ = Eigen::Vector3d::Zero(),
                   gyro_bias_ = Eigen::Vector3d::Zero(), accel_bias_ = Eigen::Vector3d::Zero();
   double scale_ = 0.0;

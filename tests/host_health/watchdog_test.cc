@@ -11,7 +11,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/host_health/imu_screen.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 #include "support/text_parts.h"
 
 namespace slim_init::host_health {
@@ -168,14 +168,13 @@ TEST_F(ScreenedFlight, WhileDamageGoesOnTheLastSampleIsHeld) {
 
 // Noise of `accel` and `gyro` from 1.5 to 2.5 s.
 Screened noisy(const ExactWindow& exact, double accel, double gyro) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Gaussian normal(3);
   std::vector<ImuSample> samples = exact.imu;
   for (ImuSample& sample : samples) {
     if (sample.t < 1.5 || sample.t >= 2.5) continue;
     for (int axis = 0; axis < 3; ++axis) {
-      sample.accel[axis] += accel * normal(random);
-      sample.gyro[axis] += gyro * normal(random);
+      sample.accel[axis] += accel * normal();
+      sample.gyro[axis] += gyro * normal();
     }
   }
   return screened(samples);
@@ -245,16 +244,15 @@ TEST_F(ScreenedFlight, AFrozenSensorIsMissing) {
 // flight are not, nor those of a real one that hovers.
 TEST_F(ScreenedFlight, AtRestWithoutNoise) {
   const auto used = [](double noise, double force, double rotation) {
-    std::mt19937 random(3);
-    std::normal_distribution<double> normal(0.0, noise);
+    Gaussian normal(3);
     ImuScreen screen{ImuLimits()};
     ImuSample sample;
     int count = 0;
     for (int i = 0; i < 2000; ++i) {
       sample.t = 0.01 * i;
       for (int axis = 0; axis < 3 && i < 1500; ++axis) {
-        sample.accel[axis] = std::sin((1.0 + axis) * sample.t) + normal(random);
-        sample.gyro[axis] = 0.3 * std::cos((1.0 + axis) * sample.t) + 0.1 * normal(random);
+        sample.accel[axis] = std::sin((1.0 + axis) * sample.t) + noise * normal();
+        sample.gyro[axis] = 0.3 * std::cos((1.0 + axis) * sample.t) + 0.1 * noise * normal();
       }
       if (i < 1500) sample.accel.z() += 9.81;
       if (i >= 1500) sample.accel = Eigen::Vector3d(0, 0, force);
@@ -296,8 +294,7 @@ TEST_F(ScreenedFlight, CoarseStepsAreNotSaturation) {
        {std::tuple(100.0, 2.0, 0.0), std::tuple(200.0, 2.0, 0.0), std::tuple(400.0, 4.0, 0.0),
         std::tuple(100.0, 4.0, 0.5), std::tuple(200.0, 1.0, 0.8)}) {
     SCOPED_TRACE(testing::Message() << rate << " Hz, " << steps << " sigma");
-    std::mt19937 random(4);
-    std::normal_distribution<double> normal(0.0, 1e-3);
+    Gaussian normal(4);
     ImuScreen screen{ImuLimits()};
     Eigen::Vector3d noise = Eigen::Vector3d::Zero();
     double discarded = 0.0;  // [s]
@@ -306,10 +303,10 @@ TEST_F(ScreenedFlight, CoarseStepsAreNotSaturation) {
       sample.t = i / rate;
       if (i == 30 * static_cast<int>(rate)) screen.reset();
       for (int axis = 0; axis < 3; ++axis) {
-        noise[axis] = memory * noise[axis] + std::sqrt(1.0 - memory * memory) * normal(random);
+        noise[axis] = memory * noise[axis] + std::sqrt(1.0 - memory * memory) * 1e-3 * normal();
         const double motion = sample.t < 20.0 ? 0.3 * std::sin(4.0 * sample.t + axis) : 0.0;
         sample.gyro[axis] = 1e-3 * steps * std::round(1e3 * (motion + noise[axis]) / steps);
-        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 20.0 * normal(random);
+        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.02 * normal();
       }
       discarded += screen.add(sample).empty() ? 1.0 / rate : 0.0;
     }
@@ -323,8 +320,7 @@ TEST_F(ScreenedFlight, TheTurnOfASmoothMotionIsNotSaturation) {
   constexpr double kStep = 0.00106;  // [rad/s], 16 bit of +-2000 deg/s
   for (const auto& [rate, gain] : {std::pair(200.0, 0.47), std::pair(500.0, 0.22)}) {
     SCOPED_TRACE(rate);
-    std::mt19937 random(4);
-    std::normal_distribution<double> normal;
+    Gaussian normal(4);
     ImuScreen screen{ImuLimits()};
     Eigen::Vector3d noise = Eigen::Vector3d::Zero();
     double discarded = 0.0, held = 0.0, stuck_at = 0.0;  // [s], [s], [rad/s]
@@ -332,10 +328,10 @@ TEST_F(ScreenedFlight, TheTurnOfASmoothMotionIsNotSaturation) {
       ImuSample sample;
       sample.t = i / rate;
       for (int axis = 0; axis < 3; ++axis) {
-        noise[axis] += gain * (4.9e-5 * std::sqrt(0.5 * rate) * normal(random) - noise[axis]);
+        noise[axis] += gain * (4.9e-5 * std::sqrt(0.5 * rate) * normal() - noise[axis]);
         const double rate_of_axis = 0.3 * std::sin((2.3 - 0.5 * axis) * sample.t);
         sample.gyro[axis] = kStep * std::round((rate_of_axis + noise[axis]) / kStep);
-        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.03 * normal(random);
+        sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.03 * normal();
       }
       const bool stuck = sample.t > 90.15 && sample.t < 90.35;
       if (!stuck) stuck_at = sample.gyro.x();
@@ -394,8 +390,7 @@ TEST_F(ScreenedFlight, DamageFromOutside) {
 // A frame that vibrates by so much, or by about so much, all the time: the samples are all there
 // is. The usual noise is that of 5 s at any rate.
 TEST_F(ScreenedFlight, WhatGoesOnIsAVibration) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Gaussian normal(3);
   for (const auto& [rate, sigma] : {std::pair(200.0, 20.0), std::pair(200.0, 11.5),
                                     std::pair(100.0, 10.0), std::pair(1000.0, 10.0)}) {
     SCOPED_TRACE(testing::Message() << rate << " Hz, " << sigma << " m/s^2");
@@ -405,8 +400,7 @@ TEST_F(ScreenedFlight, WhatGoesOnIsAVibration) {
       ImuSample sample;
       sample.t = i / rate;
       const double noise = sample.t > 6.0 ? sigma : 0.1;
-      for (int axis = 0; axis < 3; ++axis) sample.accel[axis] = noise * normal(random);
-      sample.accel.z() += 9.81;
+      sample.accel = Eigen::Vector3d(0, 0, 9.81) + noise * normal.vector();
       if (!screen.add(sample).empty()) continue;
       (sample.t < 15.0 ? discarded : discarded_late) += 1.0 / rate;
     }
@@ -417,19 +411,15 @@ TEST_F(ScreenedFlight, WhatGoesOnIsAVibration) {
 
 // A body that begins to turn in 0.1 s, and stops, at any rate of the IMU; a sensor jumps.
 TEST_F(ScreenedFlight, AFastTurnIsAMotionAndAJumpIsNot) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Gaussian normal(3);
   const auto lost = [&](double rate, double ramp, double speed) {
     ImuScreen screen{ImuLimits()};
     double discarded = 0.0;  // [s]
     for (int i = 0; i < 5.0 * rate; ++i) {
       ImuSample sample;
       sample.t = i / rate;
-      for (int axis = 0; axis < 3; ++axis) {
-        sample.accel[axis] = 0.1 * normal(random);
-        sample.gyro[axis] = 0.003 * normal(random);
-      }
-      sample.accel.z() += 9.81;
+      sample.accel = Eigen::Vector3d(0, 0, 9.81) + 0.1 * normal.vector();
+      sample.gyro = 0.003 * normal.vector();
       const double on = std::clamp((sample.t - 2.0) / ramp, 0.0, 1.0);
       const double off = std::clamp((sample.t - 3.5) / ramp, 0.0, 1.0);
       sample.gyro.z() += speed * (on - off);
@@ -521,20 +511,15 @@ TEST_F(ImuPropagation, FollowsTheTruth) {
 // Drawn from what healthyCovariance() says, the error has the reported covariance.
 TEST_F(ImuPropagation, CovarianceFits) {
   const Screened data = screened(exact_.imu);
-  std::mt19937 random(5);
-  std::normal_distribution<double> normal;
+  Gaussian normal(5);
   Eigen::Array3d squares = Eigen::Array3d::Zero();
   const int draws = 200;
   for (int k = 0; k < draws; ++k) {
     PropagatedState from;
     from.covariance = healthyCovariance();
     from.state = exact_.truth[5];
-    const auto draw = [&](int row) {
-      Eigen::Vector3d e;
-      for (int axis = 0; axis < 3; ++axis) {
-        e[axis] = normal(random) * std::sqrt(from.covariance(row + axis, row + axis));
-      }
-      return e;
+    const auto draw = [&](int row) -> Eigen::Vector3d {
+      return from.covariance.diagonal().segment<3>(row).cwiseSqrt().cwiseProduct(normal.vector());
     };
     const Eigen::Vector3d turn = draw(0);
     from.state.R_w_b = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * from.state.R_w_b;
@@ -552,16 +537,11 @@ TEST_F(ImuPropagation, CovarianceFits) {
 
 // Errors of the sizes that addDamage() is given have the covariance that propagateState() reports.
 TEST_F(ImuPropagation, DamageFromOutsideIsHonest) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
+  Gaussian normal(7);
   Eigen::Array3d squares = Eigen::Array3d::Zero();
   const int draws = 200;
   for (int k = 0; k < draws; ++k) {
-    Eigen::Vector3d accel, gyro;
-    for (int axis = 0; axis < 3; ++axis) {
-      accel[axis] = 10.0 * normal(random);
-      gyro[axis] = 0.5 * normal(random);
-    }
+    const Eigen::Vector3d accel = 10.0 * normal.vector(), gyro = 0.5 * normal.vector();
     Screened data = screened(disturbed(exact_.imu, 2.0, 2.2, accel, gyro));
     data.screen.addDamage(2.0, 2.2, 10.0, 0.5);
     PropagatedState from;
@@ -578,15 +558,14 @@ TEST_F(ImuPropagation, DamageFromOutsideIsHonest) {
 // covariance; a sensor that invents as much as no landing has costs no more than a missing sample.
 TEST_F(ImuPropagation, ADiscardedShockWidens) {
   constexpr double kTime = 5.0, kLength = 0.01;  // [s]
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal(0.0, 0.05);
+  Gaussian normal(3);
   const auto after = [&](double rate, double peak, double rotation) {
     std::vector<ImuSample> samples;
     for (int i = 0; i < 5.2 * rate; ++i) {
       ImuSample sample;
       sample.t = i / rate;
-      for (int axis = 0; axis < 3; ++axis) sample.accel[axis] = normal(random);
-      for (int axis = 0; axis < 3; ++axis) sample.gyro[axis] = 0.1 * normal(random);
+      sample.accel = 0.05 * normal.vector();
+      sample.gyro = 0.005 * normal.vector();
       const double phase = (sample.t - kTime) / kLength;
       const bool in_shock = phase > 0.0 && phase < 1.0;
       sample.accel.z() += 9.81 + (in_shock ? peak * std::sin(M_PI * phase) : 0.0);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "imu/imu_quality.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {
@@ -180,19 +181,14 @@ TEST(Preintegration, CovarianceMatchesMonteCarlo) {
   const Preintegration pre =
       preintegrate(clean, t_i, t_j, {kZero, kZero}, noise, PreintegrationParts::kWithCovariance);
 
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> gaussian(0.0, 1.0);
-  const auto vector = [&](double sigma) {
-    const double x = gaussian(random), y = gaussian(random), z = gaussian(random);
-    return Vector3d(sigma * x, sigma * y, sigma * z);
-  };
+  Gaussian gaussian(7);
   constexpr int kRuns = 4000;
   Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
   for (int run = 0; run < kRuns; ++run) {
     auto imu = clean;
     for (ImuSample& s : imu) {
-      s.gyro += vector(noise.gyro_density * std::sqrt(rate));
-      s.accel += vector(noise.accel_density * std::sqrt(rate));
+      s.gyro += noise.gyro_density * std::sqrt(rate) * gaussian.vector();
+      s.accel += noise.accel_density * std::sqrt(rate) * gaussian.vector();
     }
     const Preintegration noisy =
         preintegrate(imu, t_i, t_j, {kZero, kZero}, noise, PreintegrationParts::kMean);

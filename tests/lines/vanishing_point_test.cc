@@ -10,7 +10,7 @@
 #include <numeric>
 
 #include "lines/line_scene.h"
-#include "support/drawn_vector.h"
+#include "support/gaussian.h"
 
 namespace slim_init {
 namespace {
@@ -48,11 +48,8 @@ TEST(VanishingPoint, IsExactForNoiseFreeLinesInEveryDirection) {
                                              kVertical,
                                              Eigen::Vector3d(0.7, 0.1, 0.01).normalized(),
                                              Eigen::Vector3d(-0.5, 0.5, 0.7).normalized()};
-  std::normal_distribution<double> normal;
-  for (int trial = 0; trial < 500; ++trial) {
-    const Eigen::Vector3d drawn = drawnVector([&] { return normal(random); });
-    directions.push_back(drawn.normalized());
-  }
+  Gaussian normal(2);
+  for (int trial = 0; trial < 500; ++trial) directions.push_back(normal.vector().normalized());
   for (const Eigen::Vector3d& truth : directions) {
     const auto lines = test::linesToward(truth, 12, random);
     const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
 #include "support/fed_initializer.h"
+#include "support/gaussian.h"
 #include "support/same_result.h"
 
 namespace slim_init {
@@ -36,14 +36,13 @@ ExactWindow streams(Motion motion, unsigned seed) {
 // The velocity of the body at every image, 0.02 m/s and 5 % of it.
 void feedVelocity(const ExactWindow& exact, std::size_t k, double factor, unsigned seed,
                   IInitializer* initializer) {
-  std::mt19937 random(100 * seed + static_cast<unsigned>(k));
-  std::normal_distribution<double> gaussian(0.0, 1.0);
+  Gaussian gaussian(100 * seed + static_cast<unsigned>(k));
   const NavState& truth = exact.truth[k];
   SpeedSample sample;
   sample.t = truth.t;
   sample.velocity = factor * truth.R_w_b.transpose() * truth.v_w_b;
   const double sigma = 0.02 + 0.05 * sample.velocity.norm();
-  for (int axis = 0; axis < 3; ++axis) sample.velocity[axis] += sigma * gaussian(random);
+  sample.velocity += sigma * gaussian.vector();
   sample.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
   EXPECT_EQ(initializer->addSpeed(sample), AddStatus::kAdded);
 }

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <random>
 #include <string>
 
 #include "geometry/so3.h"
@@ -18,6 +17,7 @@
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/fed_initializer.h"
+#include "support/gaussian.h"
 #include "support/same_result.h"
 
 namespace slim_init {
@@ -79,20 +79,15 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
   options.refinement.min_sigma_px = 0.01;
   constexpr int kWindows = 100;
   double of_scale = 0.0, of_bias = 0.0, known_squares = 0.0, unknown_squares = 0.0;
-  std::mt19937 rng(5);
-  std::normal_distribution<double> gaussian;
-  const auto draw = [&](double sigma) -> Vector3d {
-    return sigma * Vector3d{gaussian(rng), gaussian(rng), gaussian(rng)};
-  };
+  Gaussian draw(5);
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     ExactWindowOptions drawn = drawnWithExactCalibration(seed, options.inertial.accel_bias_prior);
     drawn.interval_s = 0.15;
     const ExactWindow exact = makeExactWindow(drawn);
     const NavState& truth = exact.truth.front();
-    const InitResult known = solveKnowing(
-        exact,
-        knownBiases(truth.gyro_bias + draw(kGyroSigma), truth.accel_bias + draw(kAccelSigma)),
-        options);
+    const Vector3d gyro = truth.gyro_bias + kGyroSigma * draw.vector(),
+                   accel = truth.accel_bias + kAccelSigma * draw.vector();
+    const InitResult known = solveKnowing(exact, knownBiases(gyro, accel), options);
     ASSERT_TRUE(known.hasEstimate()) << "seed " << seed << ": " << known.message;
     const double error = scaleError(known.states, exact.truth);
     of_scale += std::pow(error / known.scale_sigma, 2);

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -20,9 +19,9 @@
 #include "imu/preintegration.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
-#include "support/drawn_vector.h"
 #include "support/exact_window.h"
 #include "support/fed_initializer.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 #include "support/text_parts.h"
 #include "support/true_state.h"
@@ -72,16 +71,14 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
   prior.state = truth;
   prior.covariance = hostCovariance(truth);
   if (seed == 0) return prior;
-  std::mt19937 rng(seed + 77);
-  std::normal_distribution<double> gaussian;
-  const auto draw = [&] { return drawnVector([&] { return gaussian(rng); }); };
+  Gaussian gaussian(seed + 77);
   Eigen::Matrix<double, 15, 1> error = Eigen::Matrix<double, 15, 1>::Zero();
   const Eigen::Vector3d z = truth.R_w_b.transpose().col(2);
-  const Eigen::Vector3d tilt = kTiltSigma * draw();
+  const Eigen::Vector3d tilt = kTiltSigma * gaussian.vector();
   error.head<3>() = tilt - z * z.dot(tilt);
-  error.segment<3>(6) = kVelocitySigma * draw();
-  error.segment<3>(9) = kGyroBiasSigma * draw();
-  error.tail<3>() = kAccelBiasSigma * draw();
+  error.segment<3>(6) = kVelocitySigma * gaussian.vector();
+  error.segment<3>(9) = kGyroBiasSigma * gaussian.vector();
+  error.tail<3>() = kAccelBiasSigma * gaussian.vector();
   prior.state = moved(truth, error);
   return prior;
 }
@@ -137,11 +134,8 @@ TEST(PropagatePrior, ErrorsAreCarriedAsTheStateIs) {
 // Data that measure every row by themselves with the covariance Q, and a prior with P: the sum of
 // squares of their difference is what the test has to find from the estimate of both.
 TEST(StateTest, IsTheDistanceBetweenPriorAndData) {
-  std::mt19937 rng(3);
-  std::normal_distribution<double> gaussian;
-  const auto random = [&] {
-    return StateCovariance::NullaryExpr([&](Eigen::Index, Eigen::Index) { return gaussian(rng); });
-  };
+  Gaussian gaussian(3);
+  const auto random = [&] { return StateCovariance::NullaryExpr([&] { return gaussian(); }); };
   const StateCovariance A = random(), B = random();
   const StateCovariance P = A * A.transpose(), Q = B * B.transpose();
   const StateVector off = A * StateVector::Random() * 3.0;  // data minus prior
@@ -258,9 +252,8 @@ constexpr int kWrongStates = 6;
 
 // `elsewhere`: a state of the same flight, three seconds later.
 std::vector<Wrong> wrongStates(unsigned seed, const NavState& truth, const NavState& elsewhere) {
-  std::mt19937 rng(seed + 5);
-  std::normal_distribution<double> gaussian;
-  const auto direction = [&] { return drawnVector([&] { return gaussian(rng); }).normalized(); };
+  Gaussian gaussian(seed + 5);
+  const auto direction = [&] { return gaussian.vector().normalized(); };
   const Eigen::Vector3d z = truth.R_w_b.transpose().col(2);
   const auto rows = [](int first, const Eigen::Vector3d& of_part) {
     Eigen::Matrix<double, 15, 1> error = Eigen::Matrix<double, 15, 1>::Zero();

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "estimation/speed_factor.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 #include "support/text_parts.h"
 
 namespace slim_init {
@@ -71,8 +71,7 @@ Eigen::Vector3d rateAt(const ExactWindow& exact, double t) {
 
 std::vector<SpeedSample> measure(const Wheel& wheel, const SpeedSensor& sensor,
                                  const ExactWindow& exact) {
-  std::mt19937 random(wheel.seed);
-  std::normal_distribution<double> gaussian(0.0, 1.0);
+  Gaussian gaussian(wheel.seed);
   std::vector<SpeedSample> samples;
   const int n = static_cast<int>(exact.truth.size());
   const int first = wheel.left_out < 0 ? -wheel.left_out : 0;
@@ -83,7 +82,7 @@ std::vector<SpeedSample> measure(const Wheel& wheel, const SpeedSensor& sensor,
     const double factor = wheel.scale * (k < wheel.slipping ? wheel.slip : 1.0);
     Eigen::Vector3d v_s = factor * sensor.R_b_s.transpose() * v_b;
     const double sigma = std::max(0.01, wheel.noise * v_s.norm());
-    if (wheel.noise > 0.0) v_s.x() += sigma * gaussian(random);
+    if (wheel.noise > 0.0) v_s.x() += sigma * gaussian();
     SpeedSample sample = SpeedSample::forward(state.t - wheel.lag, v_s.x(), sigma);
     if (wheel.kind == Kind::kVelocity) {
       sample.velocity = v_s;

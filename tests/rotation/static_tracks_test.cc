@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <random>
 
 #include "rotation/track_pruning.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 
 namespace slim_init {
 namespace {
@@ -29,14 +29,13 @@ std::shared_ptr<const InitWindow> withDrops(const ExactWindowOptions& options,
                                             const std::function<bool(FeatureId)>& isDrop,
                                             double slide_px = 0.0) {
   const ExactWindow exact = makeExactWindow(options);
-  std::mt19937 random(7);
-  std::normal_distribution<double> pixel(0.0, 0.6);
+  Gaussian gaussian(7);
   std::vector<FrameObservation> frames = exact.keyframes;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     for (PointObservation& point : frames[k].points) {
       if (!isDrop(point.id)) continue;
       const double angle = static_cast<double>(point.id), focal = exact.calibration.focal_px;
-      const double u = pixel(random) + slide_px * static_cast<double>(k), v = pixel(random);
+      const double u = 0.6 * gaussian() + slide_px * static_cast<double>(k), v = 0.6 * gaussian();
       point.bearing =
           Vector3d(0.3 * std::cos(angle) + u / focal, 0.3 * std::sin(angle) + v / focal, 1.0);
       point.bearing.normalize();

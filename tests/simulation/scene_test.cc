@@ -5,9 +5,9 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "simulation/ray_caster.h"
+#include "support/gaussian.h"
 #include "support/method_name.h"
 #include "support/text_parts.h"
 
@@ -50,10 +50,9 @@ TEST_P(BuiltScene, KeepsItsDistanceFromThePath) {
 TEST_P(BuiltScene, IsClosed) {
   Scene scene;
   ASSERT_TRUE(makeScene({GetParam(), 1}, path(), &scene, nullptr));
-  std::mt19937 engine(7);
-  std::normal_distribution<double> normal;
+  Gaussian normal(7);
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d direction{normal(engine), normal(engine), normal(engine)};
+    const Vector3d direction = normal.vector();
     ASSERT_GE(firstSolid(scene, path()[static_cast<std::size_t>(i % 400)], direction), 0)
         << direction.transpose();
   }

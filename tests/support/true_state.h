@@ -3,12 +3,12 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <random>
 
 #include "geometry/so3.h"
 #include "imu/window_state.h"
 #include "slim_init/result.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 
 namespace slim_init {
 
@@ -34,11 +34,9 @@ inline WindowState trueState(const ExactWindow& exact) {
 /// Every pose and velocity, the direction of gravity and, where wanted, the biases moved at random;
 /// the first pose stays.
 inline WindowState moved(const WindowState& state, double amount, unsigned seed, bool biases) {
-  std::mt19937 rng(seed);
-  std::normal_distribution<double> normal;
+  Gaussian normal(seed);
   const StateLayout at(state.size());
-  Eigen::VectorXd step(at.size());
-  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
+  Eigen::VectorXd step = Eigen::VectorXd::NullaryExpr(at.size(), [&] { return amount * normal(); });
   step.head<StateLayout::kGauge>().setZero();
   step.segment<3>(at.gyroBias()) *= 0.1;
   if (!biases) step.segment<6>(at.gyroBias()).setZero();

@@ -7,11 +7,11 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
 #include "support/exact_window.h"
+#include "support/gaussian.h"
 
 namespace slim_init {
 namespace {
@@ -143,12 +143,7 @@ TEST(Rest, WithoutSamplesOrTracksNothingIsMeasured) {
 // The prior of 2,000 draws of bias and noise: its errors are what its covariance says, tilt and
 // bias together.
 TEST(RestPrior, ErrorsAreWhatTheCovarianceSays) {
-  std::mt19937 rng(1);
-  std::normal_distribution<double> gaussian;
-  const auto draw = [&] {
-    const double x = gaussian(rng), y = gaussian(rng), z = gaussian(rng);
-    return Eigen::Vector3d(x, y, z);
-  };
+  Gaussian draw(1);
   const InertialOptions inertial;
   RestMeasures rest;
   rest.rate_sigma = 1e-3;
@@ -156,10 +151,11 @@ TEST(RestPrior, ErrorsAreWhatTheCovarianceSays) {
   double squared = 0.0;
   constexpr int kDraws = 2000;
   for (int k = 0; k < kDraws; ++k) {
-    const Eigen::Matrix3d R = expSO3(2.0 * draw());
-    const Eigen::Vector3d up = R.transpose().col(2), bias = inertial.accel_bias_prior * draw();
-    rest.mean_force = kG * up + bias + rest.force_sigma * draw();
-    rest.mean_rate = rest.rate_sigma * draw();
+    const Eigen::Matrix3d R = expSO3(2.0 * draw.vector());
+    const Eigen::Vector3d up = R.transpose().col(2),
+                          bias = inertial.accel_bias_prior * draw.vector();
+    rest.mean_force = kG * up + bias + rest.force_sigma * draw.vector();
+    rest.mean_rate = rest.rate_sigma * draw.vector();
     StatePrior prior = priorAtRest(rest, 3.0, kG, ImuBiases(), inertial);
     EXPECT_EQ(prior.validate(), "");
     EXPECT_EQ(prior.state.t, 3.0);

@@ -5,9 +5,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <random>
 #include <string>
 
+#include "support/gaussian.h"
 #include "support/text_parts.h"
 
 namespace slim_init::vins_adapter {
@@ -48,13 +48,12 @@ TEST(CalibrationAdvice, WindowsWithCommonDataAreOne) {
 // A calibration that is correct, as windows see it that say more than they know: one in three is a
 // degree off.
 TEST(CalibrationAdvice, ACorrectCalibrationStays) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Gaussian normal(3);
   int said = 0;
   for (int flight = 0; flight < 200; ++flight) {
     CalibrationAdvice advice;
     for (int k = 0; k < 20; ++k) {
-      said += advice.add(4.0 * k, estimate(1e-3 * normal(random), normal(random))).empty() ? 0 : 1;
+      said += advice.add(4.0 * k, estimate(1e-3 * normal(), normal())).empty() ? 0 : 1;
     }
   }
   EXPECT_LE(said, 2);

@@ -3,10 +3,9 @@
 // Depths from all views of a feature.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "geometry/so3.h"
 #include "slim_init/vins_adapter/host_members.h"
+#include "support/gaussian.h"
 #include "vins_adapter/stand_in/host_parts.h"
 
 namespace slim_init::vins_adapter {
@@ -15,15 +14,14 @@ namespace {
 // `count` cameras a `step` apart that turn a little; the point in the world is seen with `noise`.
 std::vector<DepthView> viewsOf(const Eigen::Vector3d& point, int count, double step, double noise,
                                unsigned seed = 1) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0.0, noise);
+  Gaussian normal(seed);
   std::vector<DepthView> views;
   for (int k = 0; k < count; ++k) {
     DepthView view;
     view.R = expSO3(Eigen::Vector3d(0.01 * k, -0.02 * k, 0.03));
     view.t = Eigen::Vector3d(step * k, 0.3 * step * k, 0.1);
     const Eigen::Vector3d p = view.R.transpose() * (point - view.t);
-    view.ray = Eigen::Vector3d{p.x() / p.z() + normal(random), p.y() / p.z() + normal(random), 1.0};
+    view.ray = p / p.z() + noise * Eigen::Vector3d{normal(), normal(), 0.0};
     views.push_back(view);
   }
   return views;

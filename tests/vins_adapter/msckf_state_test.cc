@@ -6,10 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <random>
 
 #include "geometry/so3.h"
 #include "slim_init/result.h"
+#include "support/gaussian.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -33,10 +33,8 @@ InitResult anAnswer() {
     state.accel_bias = Eigen::Vector3d(0.1, 0.2, -0.3);
     result.states.push_back(state);
   }
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
-  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(
-      24, 24, [&](Eigen::Index, Eigen::Index) { return 0.1 * normal(random); });
+  Gaussian normal(3);
+  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(24, 24, [&] { return 0.1 * normal(); });
   result.covariance = root * root.transpose();
   return result;
 }
