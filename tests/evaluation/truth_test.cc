@@ -6,22 +6,24 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
-#include <random>
 
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/options.h"
+#include "support/gaussian.h"
 
 namespace slim_init::evaluation {
 namespace {
 
+const Eigen::Vector3d kBias(-0.0022, 0.0208, 0.0765);
+
 /// Gyro of piecewise constant rate between samples and the rotation that follows from it exactly.
 /// The integration takes the mean of both ends of a step, so the true rotation is built alike.
-void makeRotation(const Eigen::Vector3d& bias, double duration_s, std::vector<ImuSample>* imu,
-                  std::vector<NavState>* truth) {
+RecordedMotion turningFor20s() {
   const double dt = 0.005;
+  RecordedMotion motion;
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
-  for (int k = 0; k * dt <= duration_s; ++k) {
+  for (int k = 0; k * dt <= 20.0; ++k) {
     const double t = k * dt;
     const Eigen::Vector3d rate(0.8 * std::sin(1.3 * t), 0.5 * std::cos(0.7 * t),
                                0.3 + 0.4 * std::sin(2.1 * t));
@@ -32,28 +34,28 @@ void makeRotation(const Eigen::Vector3d& bias, double duration_s, std::vector<Im
     before = rate;
     ImuSample sample;
     sample.t = t;
-    sample.gyro = rate + bias;
-    imu->push_back(sample);
+    sample.gyro = rate + kBias;
+    motion.imu.push_back(sample);
     if (k % 10 == 0) {
       NavState state;
       state.t = t;
       state.R_w_b = q.toRotationMatrix();
-      truth->push_back(state);
+      motion.truth.push_back(state);
     }
   }
+  return motion;
 }
 
 /// A path at 100 Hz with 0.1 mm of noise, which is what EuRoC's tracking systems have.
 std::vector<NavState> noisyPath(std::vector<Eigen::Vector3d>* velocities) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, 1e-4);
+  Gaussian noise(3);
   std::vector<NavState> truth;
   for (int k = 0; k < 1000; ++k) {
     NavState state;
     state.t = 0.01 * k;
     const double t = state.t;
     state.p_w_b = Eigen::Vector3d(2.0 * std::sin(t), std::cos(1.3 * t), 0.5 * std::sin(2.0 * t));
-    for (int axis = 0; axis < 3; ++axis) state.p_w_b[axis] += noise(random);
+    state.p_w_b += 1e-4 * noise.vector();
     velocities->emplace_back(2.0 * std::cos(t), -1.3 * std::sin(1.3 * t), std::cos(2.0 * t));
     truth.push_back(state);
   }
@@ -101,13 +103,9 @@ TEST(DeriveVelocities, TakesTheNearestStepsOfARareTruthAndNoneAcrossAGap) {
   EXPECT_TRUE(std::isnan(lonely[0].v_w_b.x()));
 }
 
-const Eigen::Vector3d kBias(-0.0022, 0.0208, 0.0765);
-
 TEST(GyroBiasFit, RecoversTheBiasExactly) {
-  std::vector<ImuSample> imu;
-  std::vector<NavState> truth;
-  makeRotation(kBias, 20.0, &imu, &truth);
-  const GyroBiasFit fit = fitGyroBias(imu, truth);
+  const RecordedMotion motion = turningFor20s();
+  const GyroBiasFit fit = fitGyroBias(motion.imu, motion.truth);
   ASSERT_TRUE(fit.ok) << fit.message;
   EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-11);
   EXPECT_NEAR(fit.rms_rad, 0.0, 1e-10);
@@ -117,10 +115,8 @@ TEST(GyroBiasFit, RecoversTheBiasExactly) {
 }
 
 TEST(GyroBiasFit, LeavesOutAGlitchOfTheTruth) {
-  std::vector<ImuSample> imu;
-  std::vector<NavState> truth;
-  makeRotation(kBias, 20.0, &imu, &truth);
-  for (NavState& state : truth) {
+  RecordedMotion motion = turningFor20s();
+  for (NavState& state : motion.truth) {
     // Jitter, so that the median residual is not rounding error.
     state.R_w_b = state.R_w_b * Eigen::AngleAxisd(1e-4 * std::sin(50.0 * state.t * state.t),
                                                   Eigen::Vector3d::UnitY())
@@ -130,26 +126,25 @@ TEST(GyroBiasFit, LeavesOutAGlitchOfTheTruth) {
                     state.R_w_b;  // the tracking system lost its world frame once
     }
   }
-  const GyroBiasFit fit = fitGyroBias(imu, truth);
+  const GyroBiasFit fit = fitGyroBias(motion.imu, motion.truth);
   ASSERT_TRUE(fit.ok) << fit.message;
   EXPECT_EQ(fit.spans_rejected, 1);
   EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-4);
 }
 
 TEST(GyroBiasFit, SkipsGapsAndSaysWhenNothingIsLeft) {
-  std::vector<ImuSample> imu;
-  std::vector<NavState> truth;
-  makeRotation(kBias, 20.0, &imu, &truth);
+  const RecordedMotion motion = turningFor20s();
   std::vector<ImuSample> with_gap;
-  for (const ImuSample& sample : imu) {
+  for (const ImuSample& sample : motion.imu) {
     if (sample.t < 7.2 || sample.t > 7.5) with_gap.push_back(sample);
   }
-  const GyroBiasFit fit = fitGyroBias(with_gap, truth);
+  const GyroBiasFit fit = fitGyroBias(with_gap, motion.truth);
   ASSERT_TRUE(fit.ok) << fit.message;
   EXPECT_EQ(fit.spans, 19);
   EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-11);
 
-  const GyroBiasFit none = fitGyroBias(imu, {truth.begin(), truth.begin() + 30});
+  const GyroBiasFit none =
+      fitGyroBias(motion.imu, {motion.truth.begin(), motion.truth.begin() + 30});
   EXPECT_FALSE(none.ok);
   EXPECT_NE(none.message.find("1 spans"), std::string::npos) << none.message;
   EXPECT_FALSE(fitGyroBias({}, {}).ok);
