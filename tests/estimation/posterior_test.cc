@@ -4,26 +4,24 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <random>
 #include <vector>
 
 #include "geometry/so3.h"
+#include "support/gaussian.h"
 
 namespace slim_init {
 namespace {
 
 WindowState someState(int n) {
-  std::mt19937 rng(4);
-  std::normal_distribution<double> normal;
-  const auto vector = [&] { return Eigen::Vector3d{normal(rng), normal(rng), normal(rng)}; };
+  Gaussian normal(4);
   WindowState state;
   state.p_b0.setZero(3, n);
   state.v_b0.setZero(3, n);
   for (int k = 0; k < n; ++k) {
     state.R_b0_bk.push_back(k == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
-                                   : expSO3(0.3 * vector()));
-    if (k > 0) state.p_b0.col(k) = vector();
-    state.v_b0.col(k) = vector();
+                                   : expSO3(0.3 * normal.vector()));
+    if (k > 0) state.p_b0.col(k) = normal.vector();
+    state.v_b0.col(k) = normal.vector();
   }
   state.gravity_b0 = 9.81 * Eigen::Vector3d(0.2, -0.9, 0.3).normalized();
   return state;
@@ -34,32 +32,43 @@ struct WorldPose {
   Eigen::Matrix3d R;
   Eigen::Vector3d p, v;
 };
-WorldPose worldPose(const WindowState& state, int k) {
+std::vector<WorldPose> worldPoses(const WindowState& state) {
   const Eigen::Matrix3d A = gravityAlignedAttitude(state.gravity_b0);
-  return {A * state.R_b0_bk[k], A * state.p_b0.col(k), A * state.v_b0.col(k)};
+  std::vector<WorldPose> poses;
+  for (int k = 0; k < state.size(); ++k) {
+    poses.push_back({A * state.R_b0_bk[k], A * state.p_b0.col(k), A * state.v_b0.col(k)});
+  }
+  return poses;
+}
+
+// Attitude, position and velocity of every pose.
+Eigen::VectorXd errorsOf(const std::vector<WorldPose>& poses, const std::vector<WorldPose>& truth) {
+  Eigen::VectorXd errors(9 * poses.size());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    errors.segment<9>(9 * static_cast<Eigen::Index>(k))
+        << logSO3(truth[k].R.transpose() * poses[k].R),
+        poses[k].p - truth[k].p, poses[k].v - truth[k].v;
+  }
+  return errors;
 }
 
 // A covariance of the state `m` long. Small errors, so that first order is exact to a percent of
 // the sampling error.
-Eigen::MatrixXd smallCovariance(int m, std::mt19937* rng) {
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd A(m, m);
-  for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = normal(*rng);
+Eigen::MatrixXd smallCovariance(int m, Gaussian* normal) {
+  const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(m, m, [&] { return (*normal)(); });
   return 1e-6 * (A * A.transpose() / m + Eigen::MatrixXd::Identity(m, m));
 }
 
 // Mean of the squares of errorOf(a draw of the state).
 template <typename ErrorOf>
 Eigen::MatrixXd sampledCovariance(const WindowState& state, const StateLayout& at,
-                                  const Eigen::MatrixXd& covariance, int rows, std::mt19937* rng,
+                                  const Eigen::MatrixXd& covariance, int rows, Gaussian* normal,
                                   const ErrorOf& errorOf) {
   constexpr int kSamples = 4000;
-  std::normal_distribution<double> normal;
   const Eigen::MatrixXd L = covariance.llt().matrixL();
   Eigen::MatrixXd sampled = Eigen::MatrixXd::Zero(rows, rows);
   for (int s = 0; s < kSamples; ++s) {
-    Eigen::VectorXd e(L.rows());
-    for (Eigen::Index i = 0; i < e.size(); ++i) e[i] = normal(*rng);
+    const Eigen::VectorXd e = Eigen::VectorXd::NullaryExpr(L.rows(), [&] { return (*normal)(); });
     Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
     step.tail(L.rows()) = L * e;
     const Eigen::VectorXd error = errorOf(retract(state, step));
@@ -73,26 +82,20 @@ TEST(Posterior, CovarianceOfTheWorldStatesIsThatOfSamples) {
   const WindowState state = someState(n);
   const StateLayout at(n);
   const int m = at.size() - StateLayout::kGauge;
-  std::mt19937 rng(7);
-  const Eigen::MatrixXd covariance = smallCovariance(m, &rng);
+  Gaussian normal(7);
+  const Eigen::MatrixXd covariance = smallCovariance(m, &normal);
   const Posterior posterior = posteriorOf(state, covariance.inverse());
   ASSERT_TRUE(posterior.valid);
   ASSERT_EQ(posterior.covariance.rows(), 9 * n + 6);
 
   const auto errorOf = [&](const WindowState& moved) {
     Eigen::VectorXd error(9 * n + 6);
-    for (int k = 0; k < n; ++k) {
-      const WorldPose x = worldPose(state, k), y = worldPose(moved, k);
-      error.segment<3>(9 * k) = logSO3(x.R.transpose() * y.R);
-      error.segment<3>(9 * k + 3) = y.p - x.p;
-      error.segment<3>(9 * k + 6) = y.v - x.v;
-    }
-    error.segment<3>(9 * n) = moved.gyro_bias - state.gyro_bias;
-    error.tail<3>() = moved.accel_bias - state.accel_bias;
+    error << errorsOf(worldPoses(moved), worldPoses(state)), moved.gyro_bias - state.gyro_bias,
+        moved.accel_bias - state.accel_bias;
     return error;
   };
   const Eigen::MatrixXd sampled =
-      sampledCovariance(state, at, covariance, 9 * n + 6, &rng, errorOf);
+      sampledCovariance(state, at, covariance, 9 * n + 6, &normal, errorOf);
   EXPECT_LT((posterior.covariance - sampled).norm(), 0.1 * sampled.norm());
   EXPECT_LT((posterior.covariance - posterior.covariance.transpose()).norm(), 1e-15);
 }
@@ -102,20 +105,20 @@ TEST(Posterior, CovarianceOfTheWorldStatesIsThatOfSamples) {
 TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
   const int n = 4;
   WindowState state = someState(n);
-  std::mt19937 rng(11);
-  std::normal_distribution<double> normal;
-  const auto vector = [&] { return Eigen::Vector3d{normal(rng), normal(rng), normal(rng)}; };
+  Gaussian normal(11);
   Calibration calibration;
-  calibration.R_b_c = expSO3(vector());
-  calibration.t_b_c = 0.1 * vector();
-  state.rig.dR = expSO3(0.1 * vector());
-  state.rig.dt = 0.05 * vector();
+  calibration.R_b_c = expSO3(normal.vector());
+  calibration.t_b_c = 0.1 * normal.vector();
+  state.rig.dR = expSO3(0.1 * normal.vector());
+  state.rig.dt = 0.05 * normal.vector();
   state.rig.dtd = 0.01;
   std::vector<ImuInstant> instants(n);
-  for (ImuInstant& instant : instants) instant = {vector(), 9.81 * vector().normalized()};
+  for (ImuInstant& instant : instants) {
+    instant = {normal.vector(), 9.81 * normal.vector().normalized()};
+  }
   const StateLayout at(n, true);
   const int m = at.size() - StateLayout::kGauge;
-  const Eigen::MatrixXd covariance = smallCovariance(m, &rng);
+  const Eigen::MatrixXd covariance = smallCovariance(m, &normal);
   const Posterior posterior = posteriorOf(state, covariance.inverse(), calibration, instants);
   ASSERT_TRUE(posterior.valid);
   EXPECT_LT((posterior.rig_covariance - covariance.bottomRightCorner<8, 8>()).norm(), 1e-12);
@@ -130,24 +133,14 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
     // Into the frame of the first body; the nominal states are bodies already.
     WindowState first = nominal;
     first.rig = RigError();
-    first = bodyState(first, calibration.R_b_c, calibration.t_b_c);
-    std::vector<WorldPose> poses;
-    for (int k = 0; k < n; ++k) poses.push_back(worldPose(first, k));
-    return poses;
+    return worldPoses(bodyState(first, calibration.R_b_c, calibration.t_b_c));
   };
   const std::vector<WorldPose> reference = world(state, 0.0);
   const auto errorOf = [&](const WindowState& moved) {
     // The exposures are at td + its error; the label of the states is the estimate.
-    const std::vector<WorldPose> truth = world(moved, -(moved.rig.dtd - state.rig.dtd));
-    Eigen::VectorXd error(9 * n);
-    for (int k = 0; k < n; ++k) {
-      error.segment<3>(9 * k) = logSO3(reference[k].R.transpose() * truth[k].R);
-      error.segment<3>(9 * k + 3) = truth[k].p - reference[k].p;
-      error.segment<3>(9 * k + 6) = truth[k].v - reference[k].v;
-    }
-    return error;
+    return errorsOf(world(moved, -(moved.rig.dtd - state.rig.dtd)), reference);
   };
-  const Eigen::MatrixXd sampled = sampledCovariance(state, at, covariance, 9 * n, &rng, errorOf);
+  const Eigen::MatrixXd sampled = sampledCovariance(state, at, covariance, 9 * n, &normal, errorOf);
   const Eigen::MatrixXd stated = posterior.covariance.topLeftCorner(9 * n, 9 * n);
   EXPECT_LT((stated - sampled).norm(), 0.1 * sampled.norm());
   for (int k = 0; k < n; ++k) {
