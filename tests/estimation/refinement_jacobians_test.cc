@@ -3,7 +3,6 @@
 // Analytic derivatives of every factor of the refinement against central differences.
 #include <gtest/gtest.h>
 
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "estimation/visual_tracks.h"
 #include "geometry/so3.h"
 #include "lines/line_track.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {
@@ -23,7 +23,7 @@ constexpr double kTolerance = 1e-7;
 
 class RefinementJacobians : public ::testing::TestWithParam<int> {
  protected:
-  RefinementJacobians() : rng_(GetParam()) {
+  RefinementJacobians() : gaussian_(GetParam()) {
     for (int k = 0; k < 3; ++k) {
       state_.R_b0_bk.push_back(k == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
                                       : expSO3(0.2 * random()));
@@ -40,9 +40,7 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     t_b_c_ = 0.1 * random();
   }
 
-  Eigen::Vector3d random() {
-    return {distribution_(rng_), distribution_(rng_), distribution_(rng_)};
-  }
+  Eigen::Vector3d random() { return gaussian_.vector(); }
 
   Preintegration somePreintegration() {
     Preintegration pre;
@@ -60,12 +58,42 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     return pre;
   }
 
-  // The state moved in the pose of keyframe k only.
-  WindowState movedPose(int k, const Eigen::VectorXd& d) const {
-    const StateLayout at(state_.size());
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
-    step.segment<6>(at.pose(k)) = d;
-    return retract(state_, step);
+  PointParameters somePoint() {
+    PointParameters point;
+    point.origin = 0.3 * random();
+    point.direction = random().normalized();
+    point.tangent = tangentBasis(point.direction);
+    return point;
+  }
+  // From keyframe 2.
+  PointView viewOf(const PointParameters& point) {
+    PointView view;
+    view.keyframe = 2;
+    view.bearing_b =
+        (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
+    view.tangent_b = tangentBasis(view.bearing_b).transpose();
+    return view;
+  }
+  LineParameters someLine() {
+    LineParameters line;
+    line.origin = 0.3 * random();
+    line.frame = expSO3(random());
+    return line;
+  }
+  LineView someLineView(int keyframe) {
+    LineView view;
+    view.keyframe = keyframe;
+    view.start_b = random().normalized();
+    view.end_b = random().normalized();
+    return view;
+  }
+
+  // Derivatives of f(state) by a step of the state, with a rig where `rig` is set.
+  template <typename F>
+  Eigen::MatrixXd byState(const F& f, bool rig = true) const {
+    return numericJacobian(
+        [&](const Eigen::VectorXd& step) -> Eigen::VectorXd { return f(retract(state_, step)); },
+        StateLayout(state_.size(), rig).size(), kStep);
   }
 
   template <int D, typename View, typename Parameters>
@@ -79,10 +107,10 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
       evaluate(view, track, state, t_b_c_, scale, &at);
       return at.r;
     };
-    const Eigen::MatrixXd pose = numericJacobian(
-        [&](const Eigen::VectorXd& d) { return residual(movedPose(view.keyframe, d), parameters); },
-        6, kStep);
-    EXPECT_TRUE(jacobiansAgree(analytic.J_pose, pose, kTolerance));
+    const Eigen::MatrixXd all =
+        byState([&](const WindowState& state) { return residual(state, parameters); }, false);
+    const int pose = StateLayout(state_.size()).pose(view.keyframe);
+    EXPECT_TRUE(jacobiansAgree(analytic.J_pose, all.middleCols<6>(pose), kTolerance));
     const Eigen::MatrixXd track = numericJacobian(
         [&](const Eigen::VectorXd& d) {
           const Eigen::Matrix<double, D, 1> fixed = d;
@@ -106,22 +134,17 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
   template <int D, typename View, typename Parameters>
   void checkRows(const View& view, const Parameters& parameters, double readout_s) {
     const ImuInstant imu = {random(), 9.81 * random().normalized()};
-    const auto residual = [&](const WindowState& state, ViewDerivatives<D>* at,
-                              RowJacobian* by_row) {
-      evaluateAtRow(view, parameters, {state, t_b_c_, readout_s, imu}, 300.0, at, by_row);
+    ViewDerivatives<D> analytic, moved;
+    RowJacobian by_row, unused;
+    const auto evaluateAt = [&](const WindowState& state, ViewDerivatives<D>* at, RowJacobian* by) {
+      evaluateAtRow(view, parameters, {state, t_b_c_, readout_s, imu}, 300.0, at, by);
     };
-    ViewDerivatives<D> analytic;
-    RowJacobian by_row;
-    residual(state_, &analytic, &by_row);
+    evaluateAt(state_, &analytic, &by_row);
     const StateLayout at(state_.size(), true);
-    const Eigen::MatrixXd all = numericJacobian(
-        [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
-          ViewDerivatives<D> moved;
-          RowJacobian unused;
-          residual(retract(state_, step), &moved, &unused);
-          return moved.r;
-        },
-        at.size(), kStep);
+    const Eigen::MatrixXd all = byState([&](const WindowState& state) {
+      evaluateAt(state, &moved, &unused);
+      return moved.r;
+    });
     EXPECT_TRUE(
         jacobiansAgree(analytic.J_pose, all.middleCols<6>(at.pose(view.keyframe)), kTolerance));
     // A row time of 10 ms makes the derivative a hundredth of that by the position, and the
@@ -131,39 +154,24 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     EXPECT_TRUE(jacobiansAgree(by_row.col(3), all.col(at.readout()), kTolerance));
   }
 
-  std::mt19937 rng_;
-  std::normal_distribution<double> distribution_;
+  Gaussian gaussian_;
   WindowState state_;
   Eigen::Vector3d t_b_c_;
 };
 
 TEST_P(RefinementJacobians, Point) {
-  PointParameters point;
-  point.origin = 0.3 * random();
-  point.direction = random().normalized();
-  point.tangent = tangentBasis(point.direction);
+  PointParameters point = somePoint();
   for (double inverse_depth : {0.4, 0.0, -0.05}) {
     point.inverse_depth = inverse_depth;
-    PointView view;
-    view.keyframe = 2;
-    view.bearing_b =
-        (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
-    view.tangent_b = tangentBasis(view.bearing_b).transpose();
-    check<3>(view, point, 300.0);
+    check<3>(viewOf(point), point, 300.0);
   }
 }
 
 TEST_P(RefinementJacobians, Line) {
-  LineParameters line;
-  line.origin = 0.3 * random();
-  line.frame = expSO3(random());
+  LineParameters line = someLine();
   for (double inverse_distance : {0.3, 0.0, -0.1}) {
     line.inverse_distance = inverse_distance;
-    LineView view;
-    view.keyframe = 1;
-    view.start_b = random().normalized();
-    view.end_b = random().normalized();
-    check<4>(view, line, 300.0);
+    check<4>(someLineView(1), line, 300.0);
   }
 }
 
@@ -172,38 +180,23 @@ TEST_P(RefinementJacobians, Inertial) {
 
   const InertialResidual analytic = inertialResidual(state_, 1, pre);
   const StateLayout at(state_.size());
-  const Eigen::MatrixXd numeric = numericJacobian(
-      [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-        Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
-        step.segment<12>(at.pose(1)) = d.head<12>();
-        step.segment<6>(at.velocity(1)) = d.segment<6>(12);
-        step.segment<8>(at.gyroBias()) = d.tail<8>();
-        return inertialResidual(retract(state_, step), 1, pre).r;
-      },
-      kInertialColumns, kStep);
+  const Eigen::MatrixXd all =
+      byState([&](const WindowState& state) { return inertialResidual(state, 1, pre).r; }, false);
+  Eigen::MatrixXd numeric(9, kInertialColumns);
+  numeric << all.middleCols<12>(at.pose(1)), all.middleCols<6>(at.velocity(1)),
+      all.middleCols<8>(at.gyroBias());
   EXPECT_TRUE(jacobiansAgree(analytic.J, numeric, kTolerance));
 }
 
 // Exposures of their own: against the pose and the velocity of the keyframe and the readout time.
 TEST_P(RefinementJacobians, PointAndLineInARollingShutter) {
-  PointParameters point;
-  point.origin = 0.3 * random();
-  point.direction = random().normalized();
-  point.tangent = tangentBasis(point.direction);
+  PointParameters point = somePoint();
   point.inverse_depth = 0.4;
-  PointView seen;
-  seen.keyframe = 2;
-  seen.bearing_b = (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
-  seen.tangent_b = tangentBasis(seen.bearing_b).transpose();
+  PointView seen = viewOf(point);
   seen.row = 0.4;
-  LineParameters line;
-  line.origin = 0.3 * random();
-  line.frame = expSO3(random());
+  LineParameters line = someLine();
   line.inverse_distance = 0.3;
-  LineView segment;
-  segment.keyframe = 2;
-  segment.start_b = random().normalized();
-  segment.end_b = random().normalized();
+  LineView segment = someLineView(2);
   segment.start_row = -0.5;
   segment.end_row = 0.3;
   for (const double readout_s : {0.0, 0.03}) {  // zero: a rolling shutter that is not known yet
@@ -233,11 +226,8 @@ TEST_P(RefinementJacobians, InertialUnderARigError) {
   const Eigen::Matrix<double, 9, kRigInertialColumns> analytic =
       chainRig(factor.J, chain[1], chain[2]);
   const StateLayout at(3, true);
-  const Eigen::MatrixXd all = numericJacobian(
-      [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
-        return residual(retract(state_, step), nullptr).r;
-      },
-      at.size(), kStep);
+  const Eigen::MatrixXd all =
+      byState([&](const WindowState& state) { return residual(state, nullptr).r; });
   Eigen::MatrixXd numeric(9, kRigInertialColumns);
   numeric << all.middleCols(at.pose(1), 12), all.middleCols(at.velocity(1), 6),
       all.middleCols(at.gyroBias(), 8 + StateLayout::kRig - 1);
@@ -266,14 +256,11 @@ TEST_P(RefinementJacobians, KnownState) {
   const StateLayout at(3, true);
   const auto check = [&](const Calibration& calibration) {
     const StateResidual analytic = stateResidual(state_, factor, calibration, instant);
-    const Eigen::MatrixXd all = numericJacobian(
-        [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
-          WindowState moved = retract(state_, step);
-          // The pose is the gauge.
-          moved.R_b0_bk[0] = state_.R_b0_bk[0];
-          return stateResidual(moved, factor, calibration, instant).r;
-        },
-        at.size(), kStep);
+    const Eigen::MatrixXd all = byState([&](WindowState moved) {
+      // The pose is the gauge.
+      moved.R_b0_bk[0] = state_.R_b0_bk[0];
+      return stateResidual(moved, factor, calibration, instant).r;
+    });
     Eigen::MatrixXd numeric(kStateRows, kStateColumns);
     numeric << all.middleCols(at.velocity(0), 3), all.middleCols(at.gyroBias(), kStateColumns - 3);
     for (const auto& [from, size] : {std::pair{0, 11}, {11, 3}, {14, 3}, {17, 1}}) {
@@ -300,11 +287,7 @@ TEST_P(RefinementJacobians, MeasuredVelocity) {
   };
   const SpeedResidual analytic = residual(state_);
   const StateLayout at(3, true);
-  const Eigen::MatrixXd all = numericJacobian(
-      [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
-        return residual(retract(state_, step)).r;
-      },
-      at.size(), kStep);
+  const Eigen::MatrixXd all = byState([&](const WindowState& state) { return residual(state).r; });
   Eigen::MatrixXd numeric(3, kSpeedColumns);
   numeric << all.middleCols<3>(at.pose(2)), all.middleCols<3>(at.velocity(2)),
       all.middleCols<3>(at.gyroBias()), all.middleCols<3>(at.rig());
