@@ -98,6 +98,11 @@ class StandInRun : public ::testing::Test {
     }
     setState(exact_.truth[k], kNewest);
   }
+  // A frame of a host that has tracked so far.
+  void trackedFrame(int k) {
+    track(k);
+    frame(k);
+  }
   double positionError(int k) { return (host_.Ps[kNewest] - exact_.truth[k].p_w_b).norm(); }
   double velocityError(int k) { return (host_.Vs[kNewest] - exact_.truth[k].v_w_b).norm(); }
   double attitudeError(int k) {
@@ -618,9 +623,8 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   EXPECT_EQ(host_.ric[0], refined);
   expectParts(logText(), "recover done");
   // Still failing after it: the host's own reset, and the next start joins the old frame.
-  track(++k);
   host_.fails = 2;
-  frame(k);
+  trackedFrame(++k);
   EXPECT_EQ(host_.resets, resets + 1);
   EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
   k = frameUntilStarted(k + 1, 59);
@@ -684,8 +688,7 @@ TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
   frame(k + 11);
   EXPECT_EQ(host_.compared_to, after_gap);
   EXPECT_NE(host_.compared_to, before_gap);
-  track(k + 12);
-  frame(k + 12);
+  trackedFrame(k + 12);
   EXPECT_EQ(host_.compared_to, after_gap) << "one frame later it looks again";
 }
 
@@ -792,8 +795,7 @@ TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
   frame(++k);
   EXPECT_EQ(host_.resets, resets + 1);
   k = frameUntilStarted(k + 1, 59);
-  track(k);
-  frame(k);
+  trackedFrame(k);
   const std::string& health = ros::published()["slim_init/health"].back();
   EXPECT_FALSE(contains(health, ",wrong,")) << "that was before the reset: " << health;
   request(true);
@@ -833,21 +835,16 @@ TEST_F(StandInRun, TheFirstWindowIsRemembered) {
   start("initializer: slim\nreinit: 1\n");
   host_.next_flag = Estimator::MARGIN_OLD;
   int k = frameUntilStarted();
-  track(k);
-  frame(k);
+  trackedFrame(k);
   // From here on only the newest frame is exchanged.
   host_.next_flag = Estimator::MARGIN_SECOND_NEW;
   const double oldest = glue_detail::stampOf(host_.Headers[0]);
   const Vector3d P = host_.Ps[0];
-  for (++k; k < 59; ++k) {
-    track(k);
-    frame(k);
-  }
+  for (++k; k < 59; ++k) trackedFrame(k);
   ASSERT_EQ(glue_detail::stampOf(host_.Headers[0]), oldest);
   for (int i = 0; i <= kNewest; ++i) host_.Ps[i] += Vector3d(30, 0, 0);
   host_.fails = 1;
-  track(k);
-  frame(k);
+  trackedFrame(k);
   ASSERT_EQ(timesLogged("recover done"), 1) << logText();
   EXPECT_EQ(host_.Ps[0], P);
 }
@@ -905,10 +902,7 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
 // frame of before.
 TEST_F(StandInRun, AStartWithoutARecoveryContinuesTheFrame) {
   int k = startWithFinder(0.0, 0.0, false, 0, true) + 1;
-  for (const int end = k + 12; k < end; ++k) {
-    track(k);
-    frame(k);
-  }
+  for (const int end = k + 12; k < end; ++k) trackedFrame(k);
   finder_->recovers = false;
   restart(samplesUntil(k + 2));
   EXPECT_EQ(host_.solver_flag, Estimator::INITIAL);
@@ -928,10 +922,7 @@ TEST_F(StandInRun, ARequestOutlastsASolveThatRuns) {
     frame(k++);
     return host_.resets;
   };
-  for (const int end = k + 20; k < end; ++k) {
-    track(k);
-    frame(k);
-  }
+  for (const int end = k + 20; k < end; ++k) trackedFrame(k);
   const int resets = host_.resets;
   refuses_ = waits_ = true;
   EXPECT_EQ(fail(), resets);
