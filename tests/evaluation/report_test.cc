@@ -227,7 +227,7 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
       {{"attempted", "0"}, {"scale", ""}, {"excited", "0"}, {"not_evaluated", "no estimate"}});
   // What a clock says comes last, so that it can be cut off.
   expectParts(csv, ",solve_cpu_ms,solve_ms,stages_ms\n");
-  first.message = "he said \"no\", twice,\nand left";
+  first.answer.message = "he said \"no\", twice,\nand left";
   expectParts(windowsCsv(someRun(), result), ",\"he said \"\"no\"\", twice,\nand left\",");
 }
 
