@@ -88,6 +88,14 @@ void evaluateAtRow(const PointView& view, const PointParameters& point, const Ro
 
 void evaluateAtRow(const LineView& view, const LineParameters& line, const RowExposure& at,
                    double sqrt_information, ViewDerivatives<4>* out, RowJacobian* by_row) {
+  if (at.readout_s == 0.0) {
+    // One exposure: the derivative alone depends on the row.
+    *by_row = evaluateRow(view, line, at, 1.0, sqrt_information, out);
+    const Eigen::Vector2d row(view.start_row, view.end_row);
+    out->r += (row.array() - 1.0).matrix().cwiseProduct(by_row->col(3)) * at.state.rig.dreadout;
+    by_row->col(3) = by_row->col(3).cwiseProduct(row).eval();
+    return;
+  }
   // Each end point is a row of the residual, with an exposure of its own.
   ViewDerivatives<4> end;
   *by_row = evaluateRow(view, line, at, view.start_row, sqrt_information, out);
