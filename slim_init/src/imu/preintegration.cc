@@ -86,7 +86,12 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   Preintegration& pre = *out;
   const double h = b.t - a.t;
   const Eigen::Vector3d theta = h * (0.5 * (a.gyro + b.gyro) - pre.gyro_bias);
-  const Eigen::Matrix3d E = expSO3(theta), Jr = rightJacobian(theta);
+  const internal::Rodrigues k(theta.squaredNorm());
+  const Eigen::Matrix3d K = skew(theta);
+  const Eigen::Matrix3d K2 = theta * theta.transpose() -
+                             theta.squaredNorm() * Eigen::Matrix3d::Identity();  // K * K, cheaper
+  const Eigen::Matrix3d E = Eigen::Matrix3d::Identity() + k.a * K + k.b * K2;
+  const Eigen::Matrix3d Jr = Eigen::Matrix3d::Identity() - k.b * K + k.c * K2;
 
   const Eigen::Matrix3d dR_a = pre.dR;
   const Eigen::Matrix3d J_a = pre.dR_dbg;
