@@ -29,7 +29,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Of the motion of Handheld: some windows do not show the scale.
-constexpr double kQuiet = 0.2;
+constexpr double kQuiet = 0.3;
 
 /// A recording without fault. `td`: true offset of the image stamps.
 DoctorData recording(const Handheld& motion, double td = 0.0) {

@@ -192,7 +192,8 @@ TEST(Provisional, EveryGateRefusesOnItsOwn) {
   options.gates.max_chi2 = 0.9 * gateOf(answer, GateName::kChi2)->value;
   EXPECT_EQ(solve(exact, options).status, InitStatus::kInconsistentResiduals);
   options = solverOptions();
-  options.gates.min_parallax_px = 1.1 * gateOf(answer, GateName::kParallax)->value;
+  const GateValue* parallax = gateOf(answer, GateName::kParallax);
+  options.gates.min_parallax_px *= 1.1 * parallax->value / parallax->threshold;
   EXPECT_FALSE(solve(exact, options).provisional());
   EXPECT_EQ(gateOf(answer, GateName::kExcitation), nullptr)
       << "what the motion lacks is in the sigmas";
