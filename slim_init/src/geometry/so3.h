@@ -57,9 +57,12 @@ inline Eigen::Matrix3d rightJacobian(const Eigen::Vector3d& theta) {
 
 /// Rotation vector of R [rad], norm in [0, pi]. At pi either of the two axes may come back.
 inline Eigen::Vector3d logSO3(const Eigen::Matrix3d& R) {
-  // Eigen goes through the quaternion: well conditioned at 0 and at pi.
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
+  // Through the quaternion: well conditioned at 0 and at pi, where acos of the trace is not.
+  Eigen::Quaterniond q(R);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  const double sin_half = q.vec().norm();
+  if (sin_half < 1e-12) return 2.0 * q.vec();
+  return 2.0 * std::atan2(sin_half, q.w()) / sin_half * q.vec();
 }
 
 /// Inverse of rightJacobian(); |theta| < 2 pi.
@@ -84,8 +87,10 @@ Eigen::Matrix3d nearestRotation(const Eigen::Matrix3d& A);
 
 /// Orthonormal basis (3x2) of the plane at right angles to the unit vector u.
 inline Eigen::Matrix<double, 3, 2> tangentBasis(const Eigen::Vector3d& u) {
+  const Eigen::Vector3d axis =
+      std::abs(u.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
   Eigen::Matrix<double, 3, 2> B;
-  B.col(0) = u.unitOrthogonal();
+  B.col(0) = u.cross(axis).normalized();
   B.col(1) = u.cross(B.col(0));
   return B;
 }
