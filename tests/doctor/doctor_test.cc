@@ -29,7 +29,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Of the motion of Handheld: some windows do not show the scale.
-constexpr double kQuiet = 0.3;
+constexpr double kQuiet = 0.2;
 
 /// A recording without fault. `td`: true offset of the image stamps.
 DoctorData recording(const Handheld& motion, double td = 0.0) {
@@ -412,7 +412,9 @@ TEST_F(Doctor, OneRefusedWindowAmongAcceptedOnesIsNoWarning) {
 TEST_F(Doctor, AnUncertainScaleWantsMotion) {
   Handheld motion;
   motion.moving = kQuiet;
-  const DoctorReport report = examined(recording(motion));
+  DoctorOptions options;
+  options.initializer.gates.min_parallax_px = 1.0;
+  const DoctorReport report = examine(recording(motion), options);
   EXPECT_GT(report.answers.statuses.count("scale_too_uncertain"), 0u) << doctorText(report, false);
   EXPECT_EQ(report.answers.refused, 0) << doctorText(report, false);
   EXPECT_LT(find(report, "starts").severity, Severity::kWarning) << doctorText(report, false);
