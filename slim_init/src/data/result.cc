@@ -14,28 +14,31 @@ namespace slim_init {
 
 namespace {
 
+// For statistics, too: kRefused, an estimate was computed and rejected by a gate.
+enum class Kind { kOther, kWait, kRefused };
+
 struct StatusRow {
   const char* name;
-  bool waits;
+  Kind kind;
   const char* remedy;
 };
 
 // In the order of InitStatus.
 constexpr StatusRow kStatuses[] = {
-    {"success", false, ""},
-    {"too_few_keyframes", true, ""},
-    {"too_few_tracks", true, "more texture or light"},
-    {"stationary", true, "move"},
-    {"too_little_excitation", true, "accelerate: move back and forth"},
-    {"pure_rotation", true, "translate"},
-    {"degenerate_alignment", false, "more texture, in all parts of the image"},
-    {"inconsistent_residuals", false, "check extrinsic and td: slim_init doctor"},
-    {"scale_too_uncertain", false, "move more, with changes of velocity"},
-    {"invalid_input", false, ""},
-    {"numerical_failure", false, "if repeated, check the extrinsic: slim_init doctor"},
-    {"provisional", true, ""},
-    {"time_limit", true, "if frequent, raise limits.max_solve_ms"},
-    {"unknown", false, ""},  // of a number that is no status
+    {"success", Kind::kOther, ""},
+    {"too_few_keyframes", Kind::kWait, ""},
+    {"too_few_tracks", Kind::kWait, "more texture or light"},
+    {"stationary", Kind::kWait, "move"},
+    {"too_little_excitation", Kind::kWait, "accelerate: move back and forth"},
+    {"pure_rotation", Kind::kWait, "translate"},
+    {"degenerate_alignment", Kind::kRefused, "more texture, in all parts of the image"},
+    {"inconsistent_residuals", Kind::kRefused, "check extrinsic and td: slim_init doctor"},
+    {"scale_too_uncertain", Kind::kRefused, "move more, with changes of velocity"},
+    {"invalid_input", Kind::kOther, ""},
+    {"numerical_failure", Kind::kOther, "if repeated, check the extrinsic: slim_init doctor"},
+    {"provisional", Kind::kWait, ""},
+    {"time_limit", Kind::kWait, "if frequent, raise limits.max_solve_ms"},
+    {"unknown", Kind::kOther, ""},  // of a number that is no status
 };
 
 // In the order of GateName.
@@ -77,7 +80,7 @@ const StatusRow& rowOf(InitStatus status) {
 
 const char* toString(InitStatus status) { return rowOf(status).name; }
 
-bool isWait(InitStatus status) { return rowOf(status).waits; }
+bool isWait(InitStatus status) { return rowOf(status).kind == Kind::kWait; }
 
 std::string withRemedy(const std::string& message, InitStatus status) {
   const std::string action = rowOf(status).remedy;
