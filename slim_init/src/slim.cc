@@ -165,16 +165,12 @@ WindowPriors Solve::priorsOf(const RotationStage& rotation) const {
 void Solve::setBounds(const InitWindow& seen, const MotionMeasures& motion) {
   bounds_ = gatesInForce(options_.gates, seen, options_.window);
   if (in_flight_) return;
-  if (plain_) {
-    appendGates(motionGates(motion, bounds_), &result_);
-  } else {
-    appendGates({parallaxGate(motion, bounds_)}, &result_);
-  }
+  appendGates(plain_ ? motionGates(motion, bounds_) : std::vector{parallaxGate(motion, bounds_)},
+              &result_);
 }
 
-// Without parallax no estimate can be accepted, and none is returned of
-// a window at rest or in pure rotation, or before its scale is known: the status is known before
-// anything metric is estimated.
+// Without parallax no estimate can be accepted, and none is returned of a window at rest or in pure
+// rotation, or before its scale is known: the status is known before anything metric is estimated.
 bool Solve::endsWithoutTranslation() {
   if (options_.gates.mode == GateMode::kOff || state_ != nullptr) return false;
   return std::any_of(result_.gates.begin(), result_.gates.end(), [this](const GateValue& gate) {
@@ -184,12 +180,11 @@ bool Solve::endsWithoutTranslation() {
   });
 }
 
-// Without excitation the scale cannot be accepted, whatever the estimate is.
+// Without parallax or excitation the scale cannot be accepted, whatever the estimate is.
 bool Solve::canPass() const {
   return options_.gates.mode == GateMode::kOff ||
-         std::all_of(result_.gates.begin(), result_.gates.end(), [](const GateValue& gate) {
-           return gate.name != GateName::kExcitation || gate.passed || !gate.exception.empty();
-         });
+         std::all_of(result_.gates.begin(), result_.gates.end(),
+                     [](const GateValue& gate) { return gate.passed || !gate.exception.empty(); });
 }
 
 // States, covariance, and the gates on them. A start answers for its calibration.
@@ -221,11 +216,8 @@ void Solve::setMetric(const MetricEstimate& metric, const RotationStage& rotatio
   PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
                                                 metric.profileOrNull(), result_.scale);
   if (!provisional_) {
-    // The noise of the tracks makes short paths longer, and the scale of speeds would be about
-    // those.
-    const bool shows = full && motion.parallax_px >= bounds_.min_parallax_px;
     result_.scale_sigma =
-        scaleSigma(measures, metric.posterior.scale_sigma, shows, bounds_.max_scale_sigma);
+        scaleSigma(measures, metric.posterior.scale_sigma, full, bounds_.max_scale_sigma);
   }
   measures.scale_sigma = result_.scale_sigma;
   measures.newest = newestSigmas(result_);

@@ -54,10 +54,11 @@ TEST(MotionGates, ParallaxAndExcitationOnBothSides) {
 
 TEST(MotionGates, ShorterTracksNeedMoreParallax) {
   MotionMeasures motion = goodMotion();
-  for (const double length : {4.0, 9.0, 16.0}) {
+  for (const double length : {1.0, 4.0, 9.0, 16.0}) {
     motion.track_length = length;
     for (const double share : {0.999, 1.001}) {
-      motion.parallax_px = share * kOptions.min_parallax_px * 3.0 / std::sqrt(length);
+      motion.parallax_px =
+          share * kOptions.min_parallax_px * std::max(1.0, 3.0 / std::sqrt(length));
       EXPECT_EQ(parallaxGate(motion, kOptions).passed, share > 1.0) << length << " keyframes";
     }
   }
@@ -412,7 +413,10 @@ TEST(Measures, ParallaxWithoutTracksIsUnknown) {
   const ExactWindow exact = makeExactWindow(options);
   const std::vector<Eigen::Matrix3d> R(10, Eigen::Matrix3d::Identity());
   EXPECT_TRUE(std::isnan(measured(*exact.window, R).parallax_px));
-  EXPECT_FALSE(parallaxGate(measured(*exact.window, R), kOptions).passed);
+  const GateValue gate = parallaxGate(measured(*exact.window, R), kOptions);
+  EXPECT_EQ(gate.status_if_failed, InitStatus::kTooFewTracks);
+  EXPECT_FALSE(gate.passed);
+  EXPECT_EQ(describe(gate).find("nan"), std::string::npos) << describe(gate);
 }
 
 }  // namespace

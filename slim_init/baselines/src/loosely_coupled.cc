@@ -107,7 +107,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   // At rest eq. (1) has no sharp minimum, and a wrong bias looks like motion: what moves even less
   // without its rotation does not move.
   MotionMeasures motion = measureMotion(window, pre, R_b0_bk);
-  MotionMeasures at_rest = motion;
+  MotionMeasures at_rest;
   measureTracks(window, {R_c0_ck.size(), Eigen::Matrix3d::Identity()}, &at_rest);
   motion.parallax_px = std::min(motion.parallax_px, at_rest.parallax_px);
   result->gates = motionGates(motion, options.gates);

@@ -86,7 +86,7 @@ const char* toString(GateMode mode);
 /// Thresholds of the gates.
 struct GateOptions {
   GateMode mode = GateMode::kOwn;  ///< whose gates decide
-  double min_parallax_px = 3.0;    ///< median motion of tracks over 9 keyframes, unrotated [px]
+  double min_parallax_px = 3.0;    ///< median motion of tracks over 9 keyframes or more [px]
   double min_excitation = 0.10;    ///< rms deviation of the specific force [m/s^2]
   double max_scale_sigma = 0.075;  ///< relative standard deviation of the scale, full window
   double max_scale_sigma_expanding = 0.05;   ///< the same of a window that is not full yet

@@ -163,10 +163,10 @@ namespace {
 // Gates on the motion, whatever the method made of it.
 OptionTable motionGateTable(GateOptions* o) {
   return {
-      userKey(
-          "min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
-          "minimum of the median track motion after the rotation is removed, of tracks over nine "
-          "keyframes: translation. Shorter tracks average less noise and need more"),
+      userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
+              "minimum of the median track motion after the rotation is removed: translation. "
+              "Tracks over "
+              "fewer than nine keyframes average less noise and need more"),
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
               "minimum rms deviation of the specific force from its mean over the window; at "
               "constant velocity the scale is not observable"),

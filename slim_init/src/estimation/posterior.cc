@@ -13,7 +13,8 @@ namespace {
 // follows the direction of gravity while the yaw of the first body stays zero.
 Eigen::Matrix3d attitudeFromGravity(const Eigen::Vector3d& down, const Eigen::Matrix3d& A) {
   const double level = std::hypot(down.y(), down.z());  // part of the x axis
-  // gravityAlignedAttitude() holds the y axis of a body whose x axis is vertical.
+  // gravityAlignedAttitude() holds the y axis of a body whose x axis is vertical, by the same
+  // bound.
   const double turn = level > 1e-6 ? down.x() / level : 0.0;
   return -skew(down) - turn * down * A.row(1);
 }

@@ -19,8 +19,8 @@
 namespace slim_init {
 namespace {
 
-// Keyframes of a track for which GateOptions::min_parallax_px is meant: the mean of so many
-// bearings is three times as good as one.
+// Keyframes of a track for which GateOptions::min_parallax_px is meant; so many bearings are three
+// times as good as one. Fewer need more.
 constexpr double kTrackLength = 9.0;
 // Relative standard deviation of the scale of images and IMU below which the motion shows the
 // scale: at constant velocity it stays above (0.37 to none in the first half second).
@@ -205,8 +205,8 @@ GateValue parallaxGate(const MotionMeasures& motion, const GateOptions& options)
   }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
-  const double bound =
-      options.min_parallax_px * std::sqrt(kTrackLength / std::max(motion.track_length, 1.0));
+  const double bound = options.min_parallax_px *
+                       std::sqrt(kTrackLength / std::clamp(motion.track_length, 1.0, kTrackLength));
   return makeGate(GateName::kParallax,
                   roundedText(2, "median rotation-compensated motion of the tracks over ",
                               motion.track_length, " keyframes"),

@@ -51,7 +51,7 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see measureTracks()
-  double track_length = kNotComputed;  ///< median number of keyframes that see a point
+  double track_length = 0.0;           ///< median number of keyframes that see a point
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
   Eigen::Vector3d mean_force =
       Eigen::Vector3d::Zero();  ///< specific, over the window, in b0 [m/s^2]
@@ -62,8 +62,8 @@ struct MotionMeasures {
 };
 
 /// Medians over the tracks: their lengths, and the largest rotation-compensated angle between the
-/// first observation and any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`:
-/// camera k to first camera.
+/// first observation and any other, in pixels at the image centre. Without tracks `motion` is left
+/// alone. `R_c0_ck`: camera k to first camera.
 void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
                    MotionMeasures* motion);
 
@@ -74,14 +74,14 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 void measureForce(const std::vector<Preintegration>& pre,
                   const std::vector<Eigen::Matrix3d>& R_b0_bk, MotionMeasures* motion);
 
-/// Gates on the motion: "parallax" and "excitation". Shorter tracks average less noise and need
-/// more parallax: without translation they have a small and definite shape made of noise. Tracks
-/// and IMU together classify a missing parallax: beyond kMinRotationDeg a pure rotation; with a
-/// steady specific force (below kMaxRestDeviation over 0.25 s means, so that a vibrating vehicle is
-/// at rest) stationary; with an unsteady one too little excitation of the camera, the scene is too
-/// far. Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are
-/// a slide at constant velocity and fail "excitation", which is not enforced with measured
-/// velocities.
+/// Gates on the motion: "parallax" and "excitation". Tracks over fewer keyframes
+/// average less noise and need more parallax: without translation they have a small and definite
+/// shape made of noise. Tracks and IMU together classify a missing parallax: beyond kMinRotationDeg
+/// a pure rotation; with a steady specific force (below kMaxRestDeviation over 0.25 s means, so
+/// that a vibrating vehicle is at rest) stationary; with an unsteady one too little excitation of
+/// the camera, the scene is too far. Where it could not be measured, too few tracks. Tracks that
+/// move while the IMU is quiet are a slide at constant velocity and fail "excitation", which is not
+/// enforced with measured velocities.
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
 /// Of those the gate that a provisional answer needs too.
@@ -151,7 +151,7 @@ double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 
 /// The same of an answer that may rest on measured velocities, under the bounds in force.
 /// Velocities count where images and IMU do not show the scale, so that nothing can check them, and
-/// in a window that is `full` and shows parallax. In a motion that begins to show the scale the
+/// in a window that is `full`. In a motion that begins to show the scale the
 /// check comes first: an answer waits until images and IMU alone reach the bound.
 double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
                   double max_scale_sigma);
