@@ -314,23 +314,27 @@ TEST_F(ScreenedFlight, CoarseStepsAreNotSaturation) {
   }
 }
 
-// A quiet gyroscope behind a filter repeats its values where a smooth motion turns. An axis that is
-// stuck while the body moves is found all the same.
+// A quiet gyroscope behind a filter repeats its values where a smooth motion turns and where the
+// body stops. An axis that is stuck while the body moves is found all the same.
 TEST_F(ScreenedFlight, TheTurnOfASmoothMotionIsNotSaturation) {
   constexpr double kStep = 0.00106;  // [rad/s], 16 bit of +-2000 deg/s
-  for (const auto& [rate, gain] : {std::pair(200.0, 0.47), std::pair(500.0, 0.22)}) {
-    SCOPED_TRACE(rate);
+  for (const auto& [rate, gain, moves] :
+       {std::tuple(200.0, 0.47, 10.0), std::tuple(500.0, 0.22, 10.0), std::tuple(200.0, 0.15, 9.0),
+        std::tuple(200.0, 0.27, 9.0), std::tuple(400.0, 0.08, 9.0)}) {
+    SCOPED_TRACE(testing::Message() << rate << " Hz, " << gain);
     Gaussian normal(4);
     ImuScreen screen{ImuLimits()};
-    Eigen::Vector3d noise = Eigen::Vector3d::Zero();
+    Eigen::Vector3d filtered = Eigen::Vector3d::Zero();  // [rad/s]
     double discarded = 0.0, held = 0.0, stuck_at = 0.0;  // [s], [s], [rad/s]
     for (int i = 0; i < 100.0 * rate; ++i) {
       ImuSample sample;
       sample.t = i / rate;
       for (int axis = 0; axis < 3; ++axis) {
-        noise[axis] += gain * (4.9e-5 * std::sqrt(0.5 * rate) * normal() - noise[axis]);
-        const double rate_of_axis = 0.3 * std::sin((2.3 - 0.5 * axis) * sample.t);
-        sample.gyro[axis] = kStep * std::round((rate_of_axis + noise[axis]) / kStep);
+        const bool rests = std::fmod(sample.t + 5.0, 10.0) > moves;
+        const double rate_of_axis = rests ? 0.0 : 0.3 * std::sin((2.3 - 0.5 * axis) * sample.t);
+        const double measured = rate_of_axis + 4.9e-5 * std::sqrt(0.5 * rate) * normal();
+        filtered[axis] += gain * (measured - filtered[axis]);
+        sample.gyro[axis] = kStep * std::round(filtered[axis] / kStep);
         sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.03 * normal();
       }
       const bool stuck = sample.t > 90.15 && sample.t < 90.35;

@@ -57,8 +57,9 @@ constexpr double kMedianOfThree = 2.366;
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
-// An axis that repeats alone is at rest if it moved by fewer steps before, or for longer [s].
-constexpr double kFewSteps = 4.0;
+// An axis that repeats alone came to rest if it moved by fewer steps in so many samples before, as
+// a low-pass filter does, or is at rest after this time [s].
+constexpr double kFewSteps = 5.0;
 constexpr double kLongestStuck = 1.0;
 // A vehicle may have felt what changes its velocity by no more: a hard landing [m/s].
 constexpr double kHardestShock = 1.5;
@@ -191,7 +192,7 @@ bool ImuScreen::isNoisy() {
 
 bool ImuScreen::repeatsAll() const {
   return std::all_of(repeats_.begin(), repeats_.end(),
-                     [](const Repeats& axis) { return axis.in_row > 0; });
+                     [](const Repeats& axis) { return axis.in_row >= kStuckRepeats; });
 }
 
 // A simulation without noise repeats all of its values when the body stands.
@@ -210,10 +211,7 @@ int ImuScreen::stuckFor(std::size_t first) const {
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
     const Repeats& repeats = repeats_[axis];
-    // A parabola that stays within a step for a run has moved by so many in the samples before.
-    const double before = static_cast<double>(kJudged) / std::max(1, repeats.in_row);
-    const bool rests = repeats.moved < kFewSteps * std::max(1.0, before * (before + 1.0)) ||
-                       repeats.in_row * period_ > kLongestStuck;
+    const bool rests = repeats.moved < kFewSteps || repeats.in_row * period_ > kLongestStuck;
     if (repeats.in_row < kStuckRepeats || (rests && !repeatsAll())) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
@@ -236,12 +234,16 @@ void ImuScreen::countRepeats(const ImuSample& sample) {
     if (repeats && of_axis.in_row == 0) {
       std::vector<double> values;
       for (const ImuSample& one : recent_) values.push_back(value(one));
+      const auto [least, greatest] = std::minmax_element(
+          values.end() - std::min<std::ptrdiff_t>(kStuckRepeats + 1, values.size()), values.end());
+      const double moved = *greatest - *least;
       std::sort(values.begin(), values.end());
-      double step = HUGE_VAL;
       for (std::size_t i = 1; i < values.size(); ++i) {
-        if (values[i] > values[i - 1]) step = std::min(step, values[i] - values[i - 1]);
+        if (values[i] > values[i - 1]) {
+          of_axis.step = std::min(of_axis.step, values[i] - values[i - 1]);
+        }
       }
-      of_axis.moved = (values.back() - values.front()) / step;
+      of_axis.moved = moved / of_axis.step;
     }
     of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
     if (frozen) continue;

@@ -123,11 +123,12 @@ class ImuScreen {
   Eigen::Vector3d discarded_accel_ = Eigen::Vector3d::Zero();  // [m/s]
   Eigen::Vector3d discarded_gyro_ = Eigen::Vector3d::Zero();   // [rad]
   std::deque<ImuSampleNoise> noise_;                           // of blocks of samples
-  // Of an axis, accelerometer first: values in a row that equal the one before, their share, and
-  // by how many of its steps it moved in the samples before the run.
+  // Of an axis, accelerometer first: values in a row that equal the one before, their share, its
+  // smallest step, and by how many of these it moved in the samples before the run.
   struct Repeats {
     int in_row = 0;
     double rate = 0.0;
+    double step = HUGE_VAL;
     double moved = 0.0;
   };
   std::array<Repeats, 6> repeats_{};
