@@ -255,10 +255,9 @@ TEST(PosteriorGates, TheWiderOfPosteriorAndProfileIsTheSigma) {
   posterior.scale_sigma = 0.05;
   ScaleProfile profile;
   profile.valid = true;
-  profile.low = -0.1;
-  profile.high = 0.08;
+  profile.sigma = 0.04;
   EXPECT_EQ(scaleSigma(posterior, &profile), 0.05);
-  profile.high = 0.3;
+  profile.sigma = 0.15;
   EXPECT_NEAR(scaleSigma(posterior, &profile), 0.15, 1e-12);
   profile.valid = false;
   EXPECT_EQ(scaleSigma(posterior, &profile), 0.05);

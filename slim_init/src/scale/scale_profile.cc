@@ -63,31 +63,7 @@ FunctionPoint lowest(const std::vector<FunctionPoint>& minima) {
   return best;
 }
 
-// Where the cost passes `bound` between `inside`, below it, and `outside`.
-double crossing(const ScaleCost& cost, double inside, double outside, double bound) {
-  while (std::abs(outside - inside) > kLogScaleTolerance) {
-    const double middle = 0.5 * (inside + outside);
-    (cost(middle) < bound ? inside : outside) = middle;
-  }
-  return 0.5 * (inside + outside);
-}
-
-// End of the interval about `best` on the side `direction`, +1 or -1: where the cost exceeds
-// `bound`, or the end of the search. Steps double, from one that a narrow minimum does not miss.
-double endOfInterval(const ScaleCost& cost, double best, int direction, double bound) {
-  const double limit = std::log(kMaxRatio);
-  double inside = best;
-  for (double step = 5.0 * kLogScaleTolerance;; step *= 2.0) {
-    const double outside = inside + direction * step;
-    if (std::abs(outside) > limit) return direction * limit;
-    if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);
-    inside = outside;
-  }
-}
-
 }  // namespace
-
-double ScaleProfile::sigma() const { return std::max(-low, high) / std::sqrt(kIntervalRise); }
 
 FunctionPoint lowestMinimum(const ScaleCost& cost) { return lowest(localMinima(cost)); }
 
@@ -106,9 +82,10 @@ ScaleProfile profileScale(const ScaleCost& cost) {
     out.other_rise = minimum.value - out.cost_here;
     out.other_log_ratio = minimum.at;
   }
-  const double bound = best.value + ScaleProfile::kIntervalRise;
-  out.low = endOfInterval(cost, best.at, -1, bound);
-  out.high = endOfInterval(cost, best.at, 1, bound);
+  const double h = ScaleProfile::kSameBasin;
+  const double rise = std::min(cost(best.at - h), cost(best.at + h)) - best.value;
+  out.sigma = std::min(0.5 * std::abs(best.at) + (rise > 0.0 ? h / std::sqrt(rise) : HUGE_VAL),
+                       0.5 * std::log(kMaxRatio));
   out.valid = true;
   return out;
 }

@@ -17,21 +17,17 @@ struct ScaleProfile {
   double log_ratio = kNotComputed;  ///< q of the lowest cost; near 0 where the refinement found it
   double cost = kNotComputed;       ///< there [sigma^2], the images' part above its own minimum
   double cost_here = kNotComputed;  ///< of the answer
-  /// Ends of the interval about `log_ratio` in which the cost is less than kIntervalRise above the
-  /// lowest. Where it stays below up to the end of the search, that end.
-  double low = kNotComputed;
-  double high = kNotComputed;
   /// The lowest other minimum at least kSameBasin from the answer, ends of the search included: its
   /// q, and its cost above that of the answer; negative where it is the better one. Without one,
   /// NaN and infinity.
   double other_log_ratio = kNotComputed;
   double other_rise = kNotComputed;
 
-  /// Standard deviation of the log scale of the answer that the farther end of the interval stands
-  /// for. At least half the range of the search where the interval has no end.
-  double sigma() const;
+  /// Standard deviation of the log scale of the answer: that of the parabola through the lowest
+  /// cost and the one kSameBasin beside it on the flatter side, and half of what the answer is off.
+  /// Half the range of the search where the cost does not rise there.
+  double sigma = kNotComputed;
 
-  static constexpr double kIntervalRise = 4.0;  ///< two standard deviations [sigma^2]
   /// [log ratio]; the linear dependence of the states on the scale is good up to here.
   static constexpr double kSameBasin = 0.2;
 };

@@ -184,7 +184,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
 
 double scaleSigma(const Posterior& posterior, const ScaleProfile* profile) {
   if (profile == nullptr || !profile->valid) return posterior.scale_sigma;
-  return std::max(posterior.scale_sigma, profile->sigma());
+  return std::max(posterior.scale_sigma, profile->sigma);
 }
 
 double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
