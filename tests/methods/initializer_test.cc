@@ -168,7 +168,7 @@ class CountingSolver : public WindowSolver {
   std::string name_ = "counting";
 };
 
-// A window that grows, ten images a second.
+// A window that grows, `rate_` images a second.
 class AskedAgain : public ::testing::Test {
  protected:
   void start(std::function<double(const InitWindow&)> scale) {
@@ -180,14 +180,14 @@ class AskedAgain : public ::testing::Test {
   // Data up to the image k, the first one after a start or restart at image `first`.
   void feedTo(int k) {
     for (; image_ <= k; ++image_) {
-      for (int i = 0; i < 20; ++i) {
+      for (int i = 0; i < 200 / rate_; ++i) {
         ImuSample sample;
-        sample.t = 0.1 * (image_ - 1) + 0.005 * (i + 1);
+        sample.t = (image_ - 1.0) / rate_ + 0.005 * (i + 1);
         sample.accel = Vector3d(0.0, 0.0, 9.81);
         initializer_->addImu(sample);
       }
       FrameObservation frame;
-      frame.t = 0.1 * image_ - 0.001;
+      frame.t = 1.0 * image_ / rate_ - 0.006;
       initializer_->addFrame(frame);
     }
   }
@@ -199,7 +199,7 @@ class AskedAgain : public ::testing::Test {
 
   CountingSolver* solver_ = nullptr;
   std::unique_ptr<IInitializer> initializer_;
-  int image_ = 1;
+  int image_ = 1, rate_ = 10;
 };
 
 TEST_F(AskedAgain, AtEveryImageItSolvesOnceAndAcceptsTheThirdThatAgrees) {
@@ -234,6 +234,13 @@ TEST_F(AskedAgain, NowAndThenItSolvesShorterWindowsAsWell) {
   EXPECT_EQ(solver_->solves, 6);
   EXPECT_TRUE(askAt(18).success()) << "0.2 s later";
   EXPECT_EQ(solver_->solves, 7);
+}
+
+TEST_F(AskedAgain, ASlowCameraStartsWithTheThirdAnswer) {
+  rate_ = 3;
+  start(right);
+  EXPECT_FALSE(askAt(5).success());
+  EXPECT_TRUE(askAt(6).success());
 }
 
 TEST_F(AskedAgain, AFullWindowIsAcceptedAlone) {

@@ -11,8 +11,6 @@
 namespace slim_init {
 namespace {
 
-// Answers older than this are forgotten [s]: host and camera may drop some images in between.
-constexpr double kRemembered = 0.6;
 // Instants that both paths have: two displacements, so that not a single one decides.
 constexpr int kMinSharedInstants = 3;
 // Least standard deviation of the difference, as a share of that of the answer: windows of equal
@@ -94,12 +92,12 @@ void ConsistencyCheck::judge(InitResult* result) {
   if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
   const double sigma = result->scale_sigma;
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
-  const double newest = result->states.back().t;
+  const double first = result->states.front().t, newest = result->states.back().t;
   const auto time = [](const Estimate& estimate) { return estimate.states.back().t; };
   if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
-  while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
+  while (!earlier_.empty() && time(earlier_.front()) < first) earlier_.pop_front();
 
   // The newest answers that are earlier than this one and than each other: by a keyframe interval.
   const double newer = WindowOptions().min_interval_s;
@@ -111,9 +109,8 @@ void ConsistencyCheck::judge(InitResult* result) {
     before.push_back(&*estimate);
     bound = time(*estimate) - newer;
   }
-  const double span = newest - result->states.front().t;
   // A full window that passes after others have not may do so by chance as well.
-  const bool needs_all = refused_before || span < kFullFraction * full_span_s_;
+  const bool needs_all = refused_before || newest - first < kFullFraction * full_span_s_;
   int compared = 0;
   double worst = 0.0;
   for (const Estimate* estimate : before) {
