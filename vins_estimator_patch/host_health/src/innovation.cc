@@ -740,8 +740,11 @@ Innovation InnovationMonitor::judgeFrame(const InnovationInput& frame, const Tra
     const bool same = compareTo(other, trust, &result);
     if (result.accusesImu() && same) {
       result.culprit = Culprit::kUnclear;
-      result.message = "the host's velocity is " + rounded(off) +
-                       " m/s from that of its last two poses: " + result.message;
+      result.message = sentenceOf(result);
+      if (off > kSameVelocity) {
+        result.message = "the host's velocity is " + rounded(off) +
+                         " m/s from that of its last two poses: " + result.message;
+      }
     }
   }
   // Too little of it may have been in the interval before to be seen there.
