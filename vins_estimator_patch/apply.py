@@ -9,7 +9,9 @@ What is inserted where is data: hosts/*.json name files and anchors of a host, i
 the text.
 """
 import argparse
+import bisect
 import difflib
+import itertools
 import json
 import os
 import re
@@ -28,7 +30,8 @@ class Problem(Exception):
 class Insertion:
     """Lines of ours before or after the lines of the host that read like `anchor`.
 
-    Whitespace does not count in the comparison: checkouts differ in indentation and line ends.
+    Whitespace, comments and the breaks of lines do not count in the comparison: forks differ in
+    them. An anchor that ends with "..." is the beginning of a statement, to insert before.
     With `inside`, the anchor is looked for from the line that reads like that one to the first
     line that begins with "}": a host may have several functions that hold the same lines.
     """
@@ -46,8 +49,16 @@ class Insertion:
         return self.inside if self.inside and scope[0] == scope[1] else self.anchor[0]
 
 
-def condensed(line):
-    return re.sub(r"\s+", "", line)
+STRING = r'("(?:\\.|[^"\\\n])*")'
+COMMENTS = {"xml": r"<!--.*?-->", "txt": r"#[^\n]*"}  # by the ends of names
+
+
+def code_of(path, text):
+    """The lines of `text` without whitespace and comments."""
+    remark = STRING + "|" + COMMENTS.get(path[-3:], r"//[^\n]*|/\*.*?\*/")
+    kept = re.sub(remark, lambda match: match.group(1) or "\n" * match.group().count("\n"), text,
+                  flags=re.DOTALL)
+    return [re.sub(r"\s+", "", line) for line in kept.split("\n")]
 
 
 # ------------------------------------------------------------------------------------------- hosts
@@ -73,7 +84,7 @@ class Host:
         paths = {kind: "/".join(filter(None, [folder, path]))
                  for kind, path in data["files"].items()}
         self.code_files = [paths[kind] for kind in ("header", "source", "node")]
-        self.recognised_by = [(paths[sign["file"]], condensed(sign["line"]))
+        self.recognised_by = [(paths[sign["file"]], sign["line"])
                               for sign in data.get("recognised_by", [])]
         self.files = {}  # path: insertions
         repairs = data.get("repairs", [])
@@ -230,28 +241,44 @@ def stripped(path, text):
     return "".join(kept), blocks
 
 
-def found_at(lines, insertion):
-    """Indices at which the anchor begins, and the scope that was searched: [first, last)."""
-    condensed_lines = [condensed(line) for line in lines]
-    first, last = 0, len(lines)
+def places(path, lines, anchor, where="before", scope=None):
+    """[(first line of the anchor, line after it)] in `scope`, [first, last), or all of `lines`."""
+    codes = code_of(path, "".join(lines))
+    begins = [0] + list(itertools.accumulate(map(len, codes)))
+    code, wanted = "".join(codes), "".join(code_of(path, "\n".join(anchor)))
+    begun = wanted.endswith("...")
+    wanted = wanted[:-3] if begun else wanted
+    found = []
+    for i in range(*scope or (0, len(lines))):
+        end = begins[i] + len(wanted)
+        if begins[i] == begins[i + 1] or not code.startswith(wanted, begins[i]):
+            continue
+        after = bisect.bisect_left(begins, end)
+        opens = where == "before" and code.startswith("{", end)
+        if begun or opens or begins[after] == end:
+            found.append((i, after))
+    return found
+
+
+def found_at(path, lines, insertion):
+    """places() of the anchor, and the scope that was searched."""
+    scope = (0, len(lines))
     if insertion.inside:
-        heads = [i for i, line in enumerate(condensed_lines)
-                 if line.rstrip("{") == condensed(insertion.inside).rstrip("{")]
+        heads = places(path, lines, [insertion.inside])
         if len(heads) != 1:
             return [], (0, 0)
-        first = heads[0]
-        last = next((i for i in range(first, len(lines)) if lines[i].startswith("}")), last)
-    wanted = [condensed(line) for line in insertion.anchor]
-    return [i for i in range(first, last - len(wanted) + 1)
-            if condensed_lines[i:i + len(wanted)] == wanted], (first, last)
+        first = heads[0][0]
+        last = next((i for i in range(first, len(lines)) if lines[i].startswith("}")), len(lines))
+        scope = (first, last)
+    return places(path, lines, insertion.anchor, insertion.where, scope), scope
 
 
 def anchored(path, lines, insertion):
-    """Index of the first line of the anchor."""
-    found, scope = found_at(lines, insertion)
+    """The only one of its places()."""
+    found, scope = found_at(path, lines, insertion)
     if len(found) != 1:
         times = "not found" if not found else "found %d times (lines %s)" % (
-            len(found), ", ".join(str(i + 1) for i in found))
+            len(found), ", ".join(str(i + 1) for i, _ in found))
         raise Problem("%s: the anchor \"%s\" is %s, must be there once: this checkout differs from "
                       "the one that the tool knows; --diagnose lists what fits"
                       % (path, insertion.missing(scope), times))
@@ -262,8 +289,8 @@ def inserted(path, text, insertions):
     lines = lines_of(text)
     at = {}
     for insertion in insertions:
-        first = anchored(path, lines, insertion)
-        place = first if insertion.where == "before" else first + len(insertion.anchor)
+        first, after = anchored(path, lines, insertion)
+        place = first if insertion.where == "before" else after
         beside = lines[first if insertion.where == "before" else place - 1]
         eol = end_of(beside) or end_of(lines[0]) or "\n"
         block = "".join(line + eol for line in [comment(path, BEGIN)] + insertion.code +
@@ -325,7 +352,7 @@ def holds(checkout, host):
             return False
     for path, line in host.recognised_by:
         file = os.path.join(checkout, path)
-        if not os.path.isfile(file) or line not in map(condensed, lines_of(read(file))):
+        if not os.path.isfile(file) or not places(path, lines_of(read(file)), [line]):
             return False
     return True
 
@@ -356,7 +383,7 @@ def chosen_host(options):
 # ---------------------------------------------------------------------------------- what fits
 
 def examined(checkout, host):
-    """[(path, problem or "", its lines, [(insertion, indices found, scope)])]"""
+    """[(path, problem or "", its lines, [(insertion, places found, scope)])]"""
     result = []
     for path, insertions in host.files.items():
         file = os.path.join(checkout, path)
@@ -368,7 +395,7 @@ def examined(checkout, host):
         except Problem as problem:
             result.append((path, str(problem), [], []))
             continue
-        rows = [(insertion,) + found_at(lines, insertion) for insertion in insertions]
+        rows = [(insertion,) + found_at(path, lines, insertion) for insertion in insertions]
         result.append((path, "", lines, rows))
     return result
 
@@ -377,11 +404,11 @@ def count_matches(examination):
     return sum(len(found) == 1 for _, _, _, rows in examination for _, found, _ in rows)
 
 
-def nearest(insertion, scope, lines):
+def nearest(path, insertion, scope, lines):
     """(line number, text) of the line most like the one that is missing, or None."""
     first, last = scope if scope[0] < scope[1] else (0, len(lines))
-    bodies = [condensed(line) for line in lines[first:last]]
-    close = difflib.get_close_matches(condensed(insertion.missing(scope)),
+    bodies = code_of(path, "".join(lines))[first:last]
+    close = difflib.get_close_matches(code_of(path, insertion.missing(scope))[0],
                                       [body for body in bodies if body], 1, 0.5)
     return (first + bodies.index(close[0]) + 1, lines[first + bodies.index(close[0])].strip()) \
         if close else None
@@ -418,18 +445,18 @@ def diagnosis(options):
         for insertion, found, scope in rows:
             name, anchor = insertion.name, shortened(insertion.missing(scope))
             if len(found) == 1:
-                out.append("    ok        %-12s line %d: %s" % (name, found[0] + 1, anchor))
+                out.append("    ok        %-12s line %d: %s" % (name, found[0][0] + 1, anchor))
                 continue
             fits = False
             if found:
                 out.append("    %d TIMES   %-12s lines %s: %s" % (
-                    len(found), name, ", ".join(str(i + 1) for i in found), anchor))
+                    len(found), name, ", ".join(str(i + 1) for i, _ in found), anchor))
                 out.append("              give the function as \"in\", or more lines of the anchor")
                 continue
             out.append("    NOT FOUND %-12s %s%s" % (
                 name, "" if insertion.missing(scope) == insertion.anchor[0] else "the function ",
                 anchor))
-            close = nearest(insertion, scope, lines)
+            close = nearest(path, insertion, scope, lines)
             if close:
                 out.append("              nearest is line %d: %s" % (close[0], shortened(close[1])))
     out.append("%d of %d anchors match%s" % (

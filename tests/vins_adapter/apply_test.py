@@ -152,7 +152,7 @@ class ApplyTest(unittest.TestCase):
         self.succeeds(path)
         applied = read(source)
         self.assertEqual(applied.count(b"\n"), applied.count(b"\r\n"))
-        self.assertTrue(read(cmake).rstrip().endswith(b"# <<< slim_init"))
+        self.assertFalse(read(cmake).endswith(b"\n"))
         self.assertIn("already applied", self.succeeds(path))
         self.succeeds(path, "--revert")
         self.assertEqual(self.tree(path), pristine)
@@ -173,13 +173,11 @@ class ApplyTest(unittest.TestCase):
             for file, insertions in host.files.items():
                 for insertion in insertions:
                     target = os.path.join(path, file)
-                    lines = pristine[file][0].decode().split("\n")
-                    wanted = [apply.condensed(line) for line in insertion.anchor]
-                    at = apply.found_at(lines, insertion)[0][0]
-                    for changed, words in (
-                            (lines[:at] + lines[at + 1:], "not found"),
-                            (lines[:at] + lines[at:at + len(wanted)] + lines[at:], "2 times")):
-                        write(target, "\n".join(changed).encode())
+                    lines = apply.lines_of(pristine[file][0].decode())
+                    at, after = apply.anchored(file, lines, insertion)
+                    for changed, words in ((lines[:at] + lines[at + 1:], "not found"),
+                                           (lines[:after] + lines[at:], "2 times")):
+                        write(target, "".join(changed).encode())
                         before = self.tree(path)
                         for check in (False, True):
                             # In this process: a hundred others would take a while.
@@ -371,10 +369,33 @@ class ApplyTest(unittest.TestCase):
         ours = apply.Insertion("x;", "before", "y;", "void b() {")
         self.assertEqual(apply.inserted("f.cpp", text, [ours]),
                          text[:31] + "// >>> slim_init\ny;\n// <<< slim_init\n" + text[31:])
+        # Behind a last line without an end.
+        behind = apply.inserted("f.cpp", "x;", [apply.Insertion("x;", "after", "y;")])
+        self.assertEqual(behind, "x;\n// >>> slim_init\ny;\n// <<< slim_init")
+        self.assertEqual(apply.stripped("f.cpp", behind), ("x;", 1))
         with self.assertRaisesRegex(apply.Problem, "found 2 times"):
             apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;")])
         with self.assertRaisesRegex(apply.Problem, r"the anchor \"void c\(\)\" is not found"):
             apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;", "void c()")])
+
+    def test_comments_and_breaks_of_lines_do_not_count(self):
+        opens, call = ["if (a)", "{"], ["f(a, b);"]
+        for file, text, anchor, where, found in (
+                ("f.cpp", "if (a) // \"why\"\n{\n", opens, "after", [(0, 2)]),
+                ("f.cpp", "if(a){\n}\n", opens, "after", [(0, 1)]),
+                ("f.cpp", "if (a)\n  // why\n\n  /* and\n how */ { // on\n", opens, "after", [(0, 5)]),
+                ("f.cpp", "if (a) {\n", opens[:1], "before", [(0, 1)]),
+                ("f.cpp", "if (a) {\n", opens[:1], "after", []),
+                ("f.cpp", "if (a) { b;\n", opens, "after", []),
+                ("f.cpp", "c; if (a)\n{\n", opens, "before", []),
+                ("f.cpp", "f(a,\n  b);\nc;\n", call, "after", [(0, 2)]),
+                ("f.cpp", "// f(a, b);\n/*\nf(a, b);\n*/\n", call, "after", []),
+                ("f.cpp", "s = \"/*\";\nf(a, b);\ns = \"*/\";\n", call, "after", [(1, 2)]),
+                ("CMakeLists.txt", "f(a # b\n  c)\n# f(a)\n", ["f(a ..."], "before", [(0, 1)]),
+                ("package.xml", "<!-- <a>b</a> -->\n<a>b</a> <!-- c -->\n", ["<a>b</a>"], "after",
+                 [(1, 2)])):
+            with self.subTest(text):
+                self.assertEqual(apply.places(file, apply.lines_of(text), anchor, where), found)
 
     def test_every_target_finds_the_included_header(self):
         # All targets of the stand-ins have sources that include the header of the estimator.
