@@ -111,8 +111,9 @@ class Host:
         where = "before" if "before" in entry else "after"
         inside = entry.get("in", data.get("in", {}).get(entry["file"], ""))
         code = filled(text_of(entry.get("text", key), what), words, what)
-        self.files.setdefault(paths[entry["file"]], []).append(
-            Insertion(entry[where], where, "\n".join(code), inside, key))
+        insertion = Insertion(entry[where], where, "\n".join(code), inside, key)
+        insertion.anchor = filled(insertion.anchor, words, what)
+        self.files.setdefault(paths[entry["file"]], []).append(insertion)
 
     def total(self):
         return sum(map(len, self.files.values()))
