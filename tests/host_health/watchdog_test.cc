@@ -287,13 +287,20 @@ TEST_F(ScreenedFlight, ASaturatedAxisIsDamage) {
   EXPECT_NEAR(onlyDamage(stuck_from(700, &ImuSample::gyro)).last, noisy_.imu[401].t + 1.0, 0.01);
 }
 
-// Steps as coarse as the noise, which a sensor may filter: values repeat all the time, and more
-// often at rest. A stream that restarts is of the same sensor.
+// Steps as coarse as the noise or coarser, which a sensor may filter and turn to the axes of the
+// body: values repeat all the time, and more often at rest. A stream that restarts is of the same
+// sensor.
 TEST_F(ScreenedFlight, CoarseStepsAreNotSaturation) {
-  for (const auto& [rate, steps, memory] :
-       {std::tuple(100.0, 2.0, 0.0), std::tuple(200.0, 2.0, 0.0), std::tuple(400.0, 4.0, 0.0),
-        std::tuple(100.0, 4.0, 0.5), std::tuple(200.0, 1.0, 0.8)}) {
-    SCOPED_TRACE(testing::Message() << rate << " Hz, " << steps << " sigma");
+  for (const auto& [rate, steps, memory, accel_step, turn] :
+       {std::tuple(100.0, 2.0, 0.0, 0.0, 0.0), std::tuple(200.0, 2.0, 0.0, 0.0, 0.0),
+        std::tuple(400.0, 4.0, 0.0, 0.0, 0.0), std::tuple(100.0, 4.0, 0.5, 0.0, 0.0),
+        std::tuple(200.0, 1.0, 0.8, 0.0, 0.0), std::tuple(100.0, 10.0, 0.0, 0.0, 0.0),
+        std::tuple(200.0, 5.0, 0.8, 0.05, 0.0), std::tuple(200.0, 5.0, 0.8, 0.0, 0.003),
+        std::tuple(100.0, 5.0, 0.0, 0.05, 0.7)}) {
+    SCOPED_TRACE(testing::Message() << rate << " Hz, " << steps << " sigma, " << accel_step
+                                    << " m/s^2, turned by " << turn);
+    const Eigen::Matrix3d R =
+        Eigen::AngleAxisd(turn, Eigen::Vector3d(0.5, 0.7, -0.4).normalized()).toRotationMatrix();
     Gaussian normal(4);
     ImuScreen screen{ImuLimits()};
     Eigen::Vector3d noise = Eigen::Vector3d::Zero();
@@ -307,7 +314,12 @@ TEST_F(ScreenedFlight, CoarseStepsAreNotSaturation) {
         const double motion = sample.t < 20.0 ? 0.3 * std::sin(4.0 * sample.t + axis) : 0.0;
         sample.gyro[axis] = 1e-3 * steps * std::round(1e3 * (motion + noise[axis]) / steps);
         sample.accel[axis] = (axis == 2 ? 9.81 : 0.0) + 0.02 * normal();
+        if (accel_step > 0.0) {
+          sample.accel[axis] = accel_step * std::round(sample.accel[axis] / accel_step);
+        }
       }
+      sample.accel = R * sample.accel;
+      sample.gyro = R * sample.gyro;
       discarded += screen.add(sample).empty() ? 1.0 / rate : 0.0;
     }
     EXPECT_LT(discarded, 0.5);

@@ -57,8 +57,8 @@ constexpr double kMedianOfThree = 2.366;
 constexpr int kStuckRepeats = 4;
 constexpr double kStuckByChance = -9.0;  // logarithm to the base 10
 constexpr double kRepeatMemory = 1e-3;   // weight of the newest value, and the least rate
-// An axis that repeats alone came to rest if it moved by fewer steps in so many samples before, as
-// a low-pass filter does, or is at rest after this time [s].
+// An axis that repeats alone came to rest or turned if it moved by fewer steps in so many samples
+// before, as behind a low-pass filter, or is at rest after this time [s].
 constexpr double kFewSteps = 5.0;
 constexpr double kLongestStuck = 1.0;
 // A vehicle may have felt what changes its velocity by no more: a hard landing [m/s].
@@ -167,7 +167,7 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
 }
 
 bool ImuScreen::isNoisy() {
-  if (recent_.size() < kJudged || repeatsAll()) return false;
+  if (recent_.size() < kJudged || isFrozen()) return false;
   const ImuSampleNoise noise = {noiseOf(recent_, &ImuSample::accel),
                                 noiseOf(recent_, &ImuSample::gyro)};
   if (recent_.back().t >= block_end_) {
@@ -190,29 +190,34 @@ bool ImuScreen::isNoisy() {
   return noise.accel > kBreaks * usual.accel || noise.gyro > kBreaks * usual.gyro;
 }
 
-bool ImuScreen::repeatsAll() const {
-  return std::all_of(repeats_.begin(), repeats_.end(),
-                     [](const Repeats& axis) { return axis.in_row >= kStuckRepeats; });
-}
-
-// A simulation without noise repeats all of its values when the body stands.
-bool ImuScreen::standsWithoutNoise() const {
-  if (!repeatsAll() || (!noise_.empty() && usualNoise().accel > kNoNoise)) return false;
+bool ImuScreen::stands() const {
   const ImuSample& sample = recent_.back();
   return std::abs(sample.accel.norm() - Calibration().gravity_magnitude) < kUsualAccelNoise &&
          sample.gyro.norm() < kUsualGyroNoise;
 }
 
+// All axes repeat. So do those of a body at rest in a simulation without noise and under steps that
+// hide it; there the last one had come to rest.
+bool ImuScreen::isFrozen() const {
+  const Repeats& last =
+      *std::min_element(repeats_.begin(), repeats_.end(), [](const Repeats& a, const Repeats& b) {
+        return a.in_row < b.in_row || (a.in_row == b.in_row && a.moved > b.moved);
+      });
+  if (last.in_row < kStuckRepeats || !stands()) return last.in_row >= kStuckRepeats;
+  return last.moved >= kFewSteps && !noise_.empty() && usualNoise().accel > kNoNoise;
+}
+
 // Values in a row that equal the one before, where the axes from `first` on, those of one sensor,
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
-  if (standsWithoutNoise()) return 0;
+  const bool frozen = isFrozen();
   double by_chance = 0.0;
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
     const Repeats& repeats = repeats_[axis];
-    const bool rests = repeats.moved < kFewSteps || repeats.in_row * period_ > kLongestStuck;
-    if (repeats.in_row < kStuckRepeats || (rests && !repeatsAll())) continue;
+    const bool rests =
+        stands() || repeats.moved < kFewSteps || repeats.in_row * period_ > kLongestStuck;
+    if (repeats.in_row < kStuckRepeats || (rests && !frozen)) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
   }
@@ -222,28 +227,27 @@ int ImuScreen::stuckFor(std::size_t first) const {
 // `sample` is not yet among the recent ones.
 void ImuScreen::countRepeats(const ImuSample& sample) {
   if (recent_.empty()) return;
-  const bool frozen = repeatsAll() && stuckFor(0) > 0;
+  const bool frozen = isFrozen() && stuckFor(0) > 0;
   ++compared_;
+  const ImuSample& before = recent_.back();
+  const auto compare = [](double change, double* step) {
+    if (change > 0.0) *step = std::min(*step, change);
+  };
+  compare((sample.accel - before.accel).norm(), &steps_[0]);
+  compare((sample.gyro - before.gyro).norm(), &steps_[1]);
   for (std::size_t axis = 0; axis < repeats_.size(); ++axis) {
     const auto value = [axis](const ImuSample& of) {
       return axis < 3 ? of.accel[static_cast<Eigen::Index>(axis)]
                       : of.gyro[static_cast<Eigen::Index>(axis) - 3];
     };
-    const bool repeats = value(sample) == value(recent_.back());
+    const bool repeats = value(sample) == value(before);
     Repeats& of_axis = repeats_[axis];
     if (repeats && of_axis.in_row == 0) {
-      std::vector<double> values;
-      for (const ImuSample& one : recent_) values.push_back(value(one));
       const auto [least, greatest] = std::minmax_element(
-          values.end() - std::min<std::ptrdiff_t>(kStuckRepeats + 1, values.size()), values.end());
-      const double moved = *greatest - *least;
-      std::sort(values.begin(), values.end());
-      for (std::size_t i = 1; i < values.size(); ++i) {
-        if (values[i] > values[i - 1]) {
-          of_axis.step = std::min(of_axis.step, values[i] - values[i - 1]);
-        }
-      }
-      of_axis.moved = moved / of_axis.step;
+          recent_.end() - std::min<std::ptrdiff_t>(kStuckRepeats + 1, recent_.size()),
+          recent_.end(),
+          [&value](const ImuSample& a, const ImuSample& b) { return value(a) < value(b); });
+      of_axis.moved = (value(*greatest) - value(*least)) / steps_[axis / 3];
     }
     of_axis.in_row = repeats ? of_axis.in_row + 1 : 0;
     if (frozen) continue;
@@ -284,7 +288,7 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   const bool gyro_near = (!jumps && before.t == samples_.back().t) ||
                          (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
                              stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
-  *gyro_usable = gyro_near && !jumps && stuck_gyro == 0 && !repeatsAll();
+  *gyro_usable = gyro_near && !jumps && stuck_gyro == 0 && !isFrozen();
   return within && gyro_near && stuck == 0 &&
          (sample.accel - medianOf(first, last, &ImuSample::accel)).norm() <=
              stepAllowed(kMaxAccelStep, limits_.max_accel, ImuLimits().max_accel);

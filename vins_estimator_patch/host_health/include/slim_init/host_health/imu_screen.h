@@ -103,8 +103,8 @@ class ImuScreen {
   void countRepeats(const ImuSample& sample);
   int stuckFor(std::size_t first) const;
   void takeBack(int repeats);
-  bool repeatsAll() const;
-  bool standsWithoutNoise() const;
+  bool stands() const;
+  bool isFrozen() const;
   bool isNoisy();
   ImuSampleNoise usualNoise() const;
   void widenByNoise(double begin, double end, const ImuSampleNoise& excess);
@@ -123,15 +123,16 @@ class ImuScreen {
   Eigen::Vector3d discarded_accel_ = Eigen::Vector3d::Zero();  // [m/s]
   Eigen::Vector3d discarded_gyro_ = Eigen::Vector3d::Zero();   // [rad]
   std::deque<ImuSampleNoise> noise_;                           // of blocks of samples
-  // Of an axis, accelerometer first: values in a row that equal the one before, their share, its
-  // smallest step, and by how many of these it moved in the samples before the run.
+  // Of an axis, accelerometer first: values in a row that equal the one before, their share, and by
+  // how many steps of its sensor it moved in the samples before the run.
   struct Repeats {
     int in_row = 0;
     double rate = 0.0;
-    double step = HUGE_VAL;
     double moved = 0.0;
   };
   std::array<Repeats, 6> repeats_{};
+  // The smallest change of each sensor, over all axes: these may be turned against its own.
+  std::array<double, 2> steps_ = {HUGE_VAL, HUGE_VAL};
   std::int64_t compared_ = 0;       // samples with the one before
   double returned_ = -1e300;        // stamp of the last sample for use [s]
   double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
