@@ -27,9 +27,11 @@ double stepAllowed(double step, double limit, double default_limit) {
   return step + std::max(0.0, limit - default_limit);
 }
 
-// Between neighbours: rates that get beyond the step by smaller jumps are a motion; beside an
-// accelerometer that is wrong, more says that the gyroscope is too.
+// Between neighbours, or in this time if they are further apart: rates that get beyond the step by
+// smaller jumps are a motion; beside an accelerometer that is wrong, more says that the gyroscope
+// is too.
 constexpr double kMaxGyroJump = 2.0;  // [rad/s]
+constexpr double kJumpTime = 0.005;   // [s]
 constexpr std::size_t kJudged = 20;   // samples
 // A motion that stays different is a motion: after this time the samples are believed again [s].
 constexpr double kLongestStep = 0.5;
@@ -284,7 +286,8 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   const auto last = samples_.end();
   if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within && stuck == 0;
   const ImuSample& before = recent_.size() > 1 ? recent_[recent_.size() - 2] : samples_.back();
-  const bool jumps = (sample.gyro - before.gyro).norm() > kMaxGyroJump;
+  const double apart = std::max({kJumpTime, period_, sample.t - before.t});
+  const bool jumps = (sample.gyro - before.gyro).norm() > kMaxGyroJump * apart / kJumpTime;
   const bool gyro_near = (!jumps && before.t == samples_.back().t) ||
                          (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
                              stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
