@@ -459,6 +459,23 @@ TEST_F(ScreenedFlight, WhatStaysIsAMotion) {
   EXPECT_EQ(result.used.back().t, exact_.imu.back().t);
 }
 
+// A driver that sends 60 ms of samples at once, with stamps of their arrival: not many more of them
+// are kept over the gaps than there were.
+TEST_F(ScreenedFlight, SamplesThatArriveTogether) {
+  for (const int at_once : {6, 12, 60}) {
+    SCOPED_TRACE(at_once);
+    ImuScreen screen{ImuLimits()};
+    std::size_t used = 0;
+    for (int i = 0; i < 100 * at_once; ++i) {
+      ImuSample sample = noisy_.imu[static_cast<std::size_t>(i) % 700];
+      sample.t = 0.06 * (i / at_once) + 2e-5 * (i % at_once);
+      used += screen.add(sample).empty() ? 0 : 1;
+    }
+    EXPECT_EQ(used, 100u * static_cast<std::size_t>(at_once));
+    EXPECT_LT(screen.samples().size(), 400u * static_cast<std::size_t>(at_once));
+  }
+}
+
 TEST_F(ScreenedFlight, MissingSamples) {
   const auto without = [this](double length) {
     std::vector<ImuSample> samples;

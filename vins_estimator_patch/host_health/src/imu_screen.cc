@@ -67,6 +67,8 @@ constexpr double kLongestStuck = 1.0;
 constexpr double kHardestShock = 1.5;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
+// Of an IMU: a driver that has waited sends many samples at once, with the stamps of that [s].
+constexpr double kShortestPeriod = 5e-4;
 // Share of that between samples on a bridge.
 constexpr double kBridgeStep = 0.9;
 
@@ -354,9 +356,10 @@ void ImuScreen::widenByShock(ImuDamage* open) const {
 }
 
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
-  if (!recent_.empty()) {
-    const double step = sample.t - recent_.back().t;
-    if (step > 0.0 && step < kMaxGap) period_ += 0.1 * (step - period_);
+  // Without the newest step, which may be over missing samples.
+  if (recent_.size() > 1) {
+    const double step = recent_.back().t - recent_[recent_.size() - 2].t;
+    period_ = std::max(kShortestPeriod, period_ + 0.1 * (std::min(step, kMaxGap) - period_));
   }
   bool gyro_usable = false;
   const bool usable = isUsable(sample, &gyro_usable);
