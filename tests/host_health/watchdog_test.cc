@@ -788,6 +788,9 @@ TEST(CompareStates, VelocityAndTilt) {
   other.R_w_b = Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()) * other.R_w_b;
   other.v_w_b = other.R_w_b * (truth.R_w_b.transpose() * truth.v_w_b);
   EXPECT_NE(compareStates(other, truth, 0.03).find("attitude"), std::string::npos);
+  // A window in slow motion knows the tilt no better than that.
+  EXPECT_EQ(compareStates(other, truth, 0.03, 3.0), "");
+  expectParts(compareStates(other, truth, 0.03, 1.0), "attitude is 11.5 deg|(limit 8)");
 }
 
 // A bias may settle, at any value, and may not jump to it nor run to it, at any rate of the host.

@@ -101,7 +101,8 @@ bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
   const Eigen::Vector3d v = solved.R_w_b.transpose() * solved.v_w_b;
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
   return (host.R_w_b.transpose() * host.v_w_b - v).norm() <=
-         kCloseVelocity + 2.0 * sigma * v.norm();
+             kCloseVelocity + 2.0 * sigma * v.norm() &&
+         compareStates(host, solved, scale_sigma).empty();
 }
 
 std::string propagationMessage(double seconds, const HostPropagation& propagated) {
@@ -475,7 +476,13 @@ struct HostAdapter::State {
     const std::optional<NavState> independent = stateAt(solved->result, newest.t);
     if (!independent) return;
     const double scale_sigma = solved->result.scale_sigma;
-    const std::string contradiction = compareStates(newest, *independent, scale_sigma);
+    // In slow motion a bias of the accelerometer hides the direction of gravity.
+    double tilt_sigma_deg = 0.0;
+    for (const GateValue& gate : solved->result.gates) {
+      if (gate.name == GateName::kTiltSigma) tilt_sigma_deg = gate.value;
+    }
+    const std::string contradiction =
+        compareStates(newest, *independent, scale_sigma, tilt_sigma_deg);
     if (contradiction.empty()) {
       contradictions = suspect_frames = 0;
       last_agreed = solved->stamp;

@@ -175,7 +175,8 @@ std::string SteadyBiases::judge(const NavState& state) {
   return "";
 }
 
-std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma) {
+std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma,
+                          double tilt_sigma_deg) {
   // In the body: neither frame has to be known.
   const Eigen::Vector3d v_host = host.R_w_b.transpose() * host.v_w_b;
   const Eigen::Vector3d v_answer = answer.R_w_b.transpose() * answer.v_w_b;
@@ -188,12 +189,10 @@ std::string compareStates(const NavState& host, const NavState& answer, double s
   }
   const Eigen::Vector3d up_host = host.R_w_b.row(2), up = answer.R_w_b.row(2);
   const double tilt = kDeg * std::atan2(up_host.cross(up).norm(), up_host.dot(up));
-  if (tilt > kAnswerTiltDeg) {
-    return roundedText(3, "attitude is ", tilt,
-                       " deg from the gravity of an independent window (limit ", kAnswerTiltDeg,
-                       ")");
-  }
-  return "";
+  const double may_tilt = kAnswerTiltDeg + 3.0 * tilt_sigma_deg;
+  if (!(tilt > may_tilt)) return "";
+  return roundedText(3, "attitude is ", tilt,
+                     " deg from the gravity of an independent window (limit ", may_tilt, ")");
 }
 
 }  // namespace slim_init::host_health

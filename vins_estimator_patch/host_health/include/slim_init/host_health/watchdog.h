@@ -45,8 +45,9 @@ class SteadyBiases {
 };
 
 /// Compares a host's newest state to an estimate of the initializer, propagated to the same
-/// timestamp. `scale_sigma` is the relative standard deviation of the estimate's scale. Returns a
-/// reason, or "".
-std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma);
+/// timestamp. `scale_sigma` is the relative standard deviation of the estimate's scale,
+/// `tilt_sigma_deg` that of its direction of gravity. Returns a reason, or "".
+std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma,
+                          double tilt_sigma_deg = 0.0);
 
 }  // namespace slim_init::host_health
