@@ -428,7 +428,7 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   state.report(ReportLevel::kWarn,
                beyond
                    ? what + " is discarded, as all others beyond these limits"
-                   : what + " is discarded: too far from those before it, or among such samples");
+                   : what + " is discarded: frozen, far from those before, or among such samples");
 }
 
 void HostGlue::received(double stamp) {

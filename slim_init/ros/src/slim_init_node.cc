@@ -128,7 +128,7 @@ void SlimInitNode::onImu(const sensor_msgs::Imu& message) {
     streams_.explain(kImu, imu_limits_.describe(sample) +
                                (imu_limits_.exceededBy(sample)
                                     ? ""
-                                    : ": too far from those before it, or among such samples"));
+                                    : ": frozen, far from those before, or among such samples"));
   }
   use(status);
 }
