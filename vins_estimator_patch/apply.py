@@ -50,7 +50,7 @@ class Insertion:
 
 
 STRING = r'("(?:\\.|[^"\\\n])*")'
-COMMENTS = {"xml": r"<!--.*?-->", "txt": r"#[^\n]*"}  # by the ends of names
+COMMENTS = {"xml": r"<!--.*?-->", "txt": r"#\[(=*)\[.*?\]\2\]|#[^\n]*"}  # by the ends of names
 
 
 def code_of(path, text):
@@ -243,7 +243,8 @@ def stripped(path, text):
 
 
 def places(path, lines, anchor, where="before", scope=None):
-    """[(first line of the anchor, line after it)] in `scope`, [first, last), or all of `lines`."""
+    """[(first line of the anchor, line after it)] in `scope`, [first, last), or all of `lines`. What
+    is inserted `where` "before" may stand before an anchor that a brace follows."""
     codes = code_of(path, "".join(lines))
     begins = [0] + list(itertools.accumulate(map(len, codes)))
     code, wanted = "".join(codes), "".join(code_of(path, "\n".join(anchor)))
@@ -252,11 +253,13 @@ def places(path, lines, anchor, where="before", scope=None):
     found = []
     for i in range(*scope or (0, len(lines))):
         end = begins[i] + len(wanted)
-        if begins[i] == begins[i + 1] or not code.startswith(wanted, begins[i]):
+        if not wanted or begins[i] == begins[i + 1] or not code.startswith(wanted, begins[i]):
             continue
         after = bisect.bisect_left(begins, end)
-        opens = where == "before" and code.startswith("{", end)
-        if begun or opens or begins[after] == end:
+        opens = where == "before" and (begun or code.startswith("{", end))
+        place = i if where == "before" else after
+        in_comment = "".join(code_of(path, "".join(lines[:place]))) != code[:begins[place]]
+        if (opens or not begun and begins[after] == end) and not in_comment:
             found.append((i, after))
     return found
 

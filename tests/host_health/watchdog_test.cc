@@ -477,6 +477,13 @@ TEST_F(ScreenedFlight, SamplesThatArriveTogether) {
 }
 
 TEST_F(ScreenedFlight, MissingSamples) {
+  // An incorrect rate behind them is none of the motion over them.
+  for (const std::size_t missing : {6u, 20u}) {
+    std::vector<ImuSample> samples = noisy_.imu;
+    samples.erase(samples.begin() + 400, samples.begin() + 400 + missing);
+    samples[400].gyro.z() += 12.0;
+    for (const ImuSample& sample : screened(samples).used) EXPECT_LT(sample.gyro.norm(), 6.0);
+  }
   const auto without = [this](double length) {
     std::vector<ImuSample> samples;
     for (const ImuSample& sample : exact_.imu) {

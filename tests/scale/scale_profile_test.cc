@@ -203,7 +203,7 @@ TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
   const ScaleProfile profile = profileScale(at.scaleCost());
   ASSERT_TRUE(profile.valid);
   EXPECT_NEAR(profile.log_ratio, right.log_ratio + 1.5, 0.02);
-  // The better one is the other one, and the interval reaches it.
+  // The better one is the other one, and the standard deviation covers it.
   EXPECT_NEAR(profile.other_log_ratio, profile.log_ratio, 1e-12);
   EXPECT_LT(profile.other_rise, -100.0);
   EXPECT_GT(profile.sigma, 0.7);

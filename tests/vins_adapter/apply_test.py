@@ -383,6 +383,11 @@ class ApplyTest(unittest.TestCase):
                 ("f.cpp", "f(a,\n  b);\nc;\n", call, "after", [(0, 2)]),
                 ("f.cpp", "// f(a, b);\n/*\nf(a, b);\n*/\n", call, "after", []),
                 ("f.cpp", "s = \"/*\";\nf(a, b);\ns = \"*/\";\n", call, "after", [(1, 2)]),
+                ("f.cpp", "f(a, b); /* c\nd */\n", call, "after", []),
+                ("f.cpp", "/* c\nd */ f(a, b);\n", call, "before", []),
+                ("f.cpp", "f(a,\n  b);\n", ["f(a, ..."], "after", []),
+                ("f.cpp", "f(a, b);\n", ["// f"], "before", []),
+                ("CMakeLists.txt", "#[[\nf(a)\n]]\nf(a)\n", ["f(a ..."], "before", [(3, 4)]),
                 ("CMakeLists.txt", "f(a # b\n  c)\n# f(a)\n", ["f(a ..."], "before", [(0, 1)]),
                 ("package.xml", "<!-- <a>b</a> -->\n<a>b</a> <!-- c -->\n", ["<a>b</a>"], "after",
                  [(1, 2)])):

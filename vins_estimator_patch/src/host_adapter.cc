@@ -96,7 +96,7 @@ std::string checkStamps(const std::vector<double>& stamps) {
 }
 
 // So near that the states can be called right: a velocity that an estimator recovers from by
-// itself.
+// itself, and a tilt within the bound.
 bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
   const Eigen::Vector3d v = solved.R_w_b.transpose() * solved.v_w_b;
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
@@ -479,7 +479,8 @@ struct HostAdapter::State {
     // In slow motion a bias of the accelerometer hides the direction of gravity.
     double tilt_sigma_deg = 0.0;
     for (const GateValue& gate : solved->result.gates) {
-      if (gate.name == GateName::kTiltSigma) tilt_sigma_deg = gate.value;
+      const bool known = gate.name == GateName::kTiltSigma && std::isfinite(gate.value);
+      if (known) tilt_sigma_deg = gate.value;
     }
     const std::string contradiction =
         compareStates(newest, *independent, scale_sigma, tilt_sigma_deg);

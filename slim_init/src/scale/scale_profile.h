@@ -24,8 +24,8 @@ struct ScaleProfile {
   double other_rise = kNotComputed;
 
   /// Standard deviation of the log scale of the answer: that of the parabola through the lowest
-  /// cost and the one kSameBasin beside it on the flatter side, and half of what the answer is off.
-  /// Half the range of the search where the cost does not rise there.
+  /// cost and the one kSameBasin beside it on the flatter side, and half of what the answer is off;
+  /// at most log(50) / 2, as where the cost does not rise.
   double sigma = kNotComputed;
 
   /// [log ratio]; the linear dependence of the states on the scale is good up to here.

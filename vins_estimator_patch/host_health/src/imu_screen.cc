@@ -215,12 +215,15 @@ bool ImuScreen::isFrozen() const {
 // are stuck; else zero.
 int ImuScreen::stuckFor(std::size_t first) const {
   const bool frozen = isFrozen();
+  // At rest steps may hide the noise of a sensor.
+  const double noise = noise_.empty() ? 0.0 : first == 0 ? usualNoise().accel : usualNoise().gyro;
+  const bool hidden = stands() && noise < steps_[first / 3];
   double by_chance = 0.0;
   int longest = 0;
   for (std::size_t axis = first; axis < first + 3; ++axis) {
     const Repeats& repeats = repeats_[axis];
     const bool rests =
-        stands() || repeats.moved < kFewSteps || repeats.in_row * period_ > kLongestStuck;
+        hidden || repeats.moved < kFewSteps || repeats.in_row * period_ > kLongestStuck;
     if (repeats.in_row < kStuckRepeats || (rests && !frozen)) continue;
     by_chance += repeats.in_row * std::log10(std::max(repeats.rate, kRepeatMemory));
     longest = std::max(longest, repeats.in_row);
@@ -289,7 +292,8 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within && stuck == 0;
   const ImuSample& before = recent_.size() > 1 ? recent_[recent_.size() - 2] : samples_.back();
   const double apart = std::max({kJumpTime, period_, sample.t - before.t});
-  const bool jumps = (sample.gyro - before.gyro).norm() > kMaxGyroJump * apart / kJumpTime;
+  const bool jumps =
+      (sample.gyro - before.gyro).norm() > std::min(kMaxGyroJump * apart / kJumpTime, kMaxGyroStep);
   const bool gyro_near = (!jumps && before.t == samples_.back().t) ||
                          (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
                              stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
@@ -356,7 +360,7 @@ void ImuScreen::widenByShock(ImuDamage* open) const {
 }
 
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
-  // Without the newest step, which may be over missing samples.
+  // Without the newest step, which may be over missing samples; those count once they are over.
   if (recent_.size() > 1) {
     const double step = recent_.back().t - recent_[recent_.size() - 2].t;
     period_ = std::max(kShortestPeriod, period_ + 0.1 * (std::min(step, kMaxGap) - period_));

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -46,7 +47,8 @@ double middle(std::vector<double> values);
 
 /// Discards samples that the body cannot have felt: beyond the limits of the sensor or far from the
 /// samples before them, and samples with an axis that repeats its value after others that did not:
-/// the sensor is frozen or at the end of its range, which the first four repeats do not show.
+/// the sensor is frozen or at the end of its range, which the first four repeats do not show. At
+/// rest this does not hold for a sensor whose steps hide its noise.
 /// Discarded samples are replaced by interpolation, in samples(). If that took at most kBridge it
 /// is bridged for use as well, with interpolated samples 0.045 s apart, or all of them if rates are
 /// known for longer. Discarded samples that a landing explains widen the interval by their own
