@@ -141,8 +141,10 @@ class ApplyTest(unittest.TestCase):
     def test_line_ends_encoding_and_mode_stay(self):
         path = self.checkout("vins-mono")
         source = os.path.join(path, CPP["vins-mono"])
-        # CRLF throughout, a byte that is no UTF-8, no end on the last line, unusual permissions.
+        # CRLF throughout, a byte that is no UTF-8, no end on the last line, unusual permissions,
+        # another indentation and other spaces.
         text = read(source).replace(b"\n", b"\r\n") + b"// caf\xe9\r // not an end"
+        text = text.replace(b"    ", b"\t").replace(b"if(result)", b"if ( result )")
         write(source, text)
         os.chmod(source, 0o640)
         cmake = os.path.join(path, "vins_estimator", "CMakeLists.txt")

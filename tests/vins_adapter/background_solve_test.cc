@@ -161,6 +161,32 @@ TEST_F(BackgroundSolve, TheWatchdogDoesNotWait) {
   EXPECT_EQ(health.confirmed_stamp, exact_.keyframes[30].t);
 }
 
+// A window that knows the tilt to 3 deg has nothing against a host that is 6 deg from it; it does
+// not call it right either.
+TEST_F(BackgroundSolve, WhatIsOnlyWithinTheSigmaIsNotConfirmed) {
+  for (const double angle : {0.0, 0.105}) {
+    options_.max_wait_ms = -1.0;
+    auto unsure = std::make_unique<Oracle>(exact_);
+    unsure->then = [&](const Priors&, InitResult* result) {
+      GateValue tilt;
+      tilt.name = GateName::kTiltSigma;
+      tilt.value = 3.0;
+      result->gates.push_back(tilt);
+      const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitX());
+      for (NavState& state : result->states) {
+        // The velocity in the body is the same.
+        state.R_w_b = turn * state.R_w_b;
+        state.v_w_b = turn * state.v_w_b;
+      }
+    };
+    make(std::move(unsure));
+    feed(0, 30);
+    const HostHealth health = watch(window(30), true);
+    EXPECT_TRUE(health.healthy) << health.reason;
+    EXPECT_EQ(std::isnan(health.confirmed_stamp), angle > 0.0);
+  }
+}
+
 TEST_F(BackgroundSolve, ARestartOfTheStreamsForgetsTheSolveThatRuns) {
   feed(0, 30);
   ASSERT_TRUE(adapter_->seed(stamps(30)).pending);

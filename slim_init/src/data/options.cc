@@ -165,8 +165,7 @@ OptionTable motionGateTable(GateOptions* o) {
   return {
       userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
               "minimum of the median track motion after the rotation is removed: translation. "
-              "Tracks over "
-              "fewer than nine keyframes average less noise and need more"),
+              "Tracks over fewer than nine keyframes average less noise and need more"),
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
               "minimum rms deviation of the specific force from its mean over the window; at "
               "constant velocity the scale is not observable"),
