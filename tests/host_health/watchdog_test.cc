@@ -778,6 +778,18 @@ TEST_F(Watch, EachFindingHasTwoSides) {
   EXPECT_FALSE(find({}).suspect);
 }
 
+// Of a host with few frames at a high rate.
+TEST_F(Watch, AWindowOfTwoTenthsOfASecondIsComparedToTheImu) {
+  for (const double by : {0.3, 2.0}) {
+    std::vector<NavState> states = window(30);
+    states.erase(states.begin(), states.end() - 3);
+    EXPECT_FALSE(find(states).suspect) << find(states).reason;
+    states.back().v_w_b.x() += by;
+    EXPECT_NEAR(find(states).velocity_mps, by, 0.05);
+    EXPECT_EQ(find(states).suspect, by > 1.0) << find(states).reason;
+  }
+}
+
 TEST(CompareStates, VelocityAndTilt) {
   const NavState truth = flightOf(Motion::kExcited, 0.0).truth[20];
   EXPECT_EQ(compareStates(truth, truth, 0.03), "");

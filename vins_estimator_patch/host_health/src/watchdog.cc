@@ -17,8 +17,7 @@ namespace slim_init::host_health {
 namespace {
 
 constexpr double kDeg = 57.29577951308232;
-// A state to carry to the newest one is at least and at most so much older [s].
-constexpr double kShortest = 0.3;
+// A state to carry to the newest one is at most so much older [s].
 constexpr double kLongest = 1.2;
 // Frames at the end of the window that are judged and not used for triangulation.
 constexpr std::size_t kJudgedFrames = 2;
@@ -119,7 +118,7 @@ HostHealth watchWindow(const std::vector<NavState>& states,
   const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
   for (const NavState& state : states) {
     const double age = newest.t - state.t;
-    if (age > kLongest || age < kShortest) continue;
+    if (age > kLongest || !(age > 0.0)) continue;
     PropagatedState from, propagated;
     from.state = state;
     std::string error;
