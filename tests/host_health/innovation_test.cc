@@ -359,6 +359,13 @@ TEST(Innovation, EachKindOfDamageIsFound) {
           EXPECT_GT(result.accel_sigma * (end - begin), 0.4 * one.accel * damaged) << k;
           EXPECT_GT(result.gyro_sigma * (end - begin), 0.7 * one.gyro * damaged) << k;
           expectParts(result.message, "the IMU data are inconsistent");
+          // A limit is named if it is exceeded.
+          EXPECT_EQ(result.message.find("in two frames in a row") != std::string::npos,
+                    result.mahalanobis < 5.8)
+              << result.message;
+          EXPECT_EQ(result.message.find("with the IMU") != std::string::npos,
+                    result.agree_imu < 0.25)
+              << result.message;
         }
         if (end < first || begin > last + 0.11) {
           EXPECT_EQ(result.culprit, Culprit::kNone) << k << ": " << result.message;

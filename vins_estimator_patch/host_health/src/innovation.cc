@@ -489,11 +489,16 @@ std::string sentenceOf(const Innovation& result) {
                            rounded(kLargestMahalanobis) + ")";
   const std::string tracks =
       percent(result.agree_images) + " of " + std::to_string(result.deciding) +
-      " known tracks agree with it (limit " + percent(kNearlyAll) + "), " +
-      percent(result.agree_imu) + " with the IMU (limit " + percent(kPart) + ")";
+      " known tracks agree with it (limit " + percent(kNearlyAll) + ")" +
+      (result.agree_imu < kPart
+           ? ", " + percent(result.agree_imu) + " with the IMU (limit " + percent(kPart) + ")"
+           : "");
   switch (result.culprit) {
     case Culprit::kNone: return "images and IMU agree: " + pose;
-    case Culprit::kImu: return "the IMU data are inconsistent: " + pose + ", and " + tracks;
+    case Culprit::kImu:
+      return std::string("the IMU data are inconsistent") +
+             (result.mahalanobis < kLargestMahalanobis ? " in two frames in a row: " : ": ") +
+             pose + ", and " + tracks;
     case Culprit::kImages:
       return "a part of the image moves: " + percent(result.agree_imu) + " of " +
              std::to_string(result.deciding) + " known tracks agree with the IMU, " +
