@@ -138,8 +138,10 @@ def inject(bag, out, imu_topic, image_topic, events):
     faults = Faults(events)
     with rosbag.Bag(bag) as source, rosbag.Bag(out, "w") as sink:
         began = None  # by the stamps: the clock of the recorder may be another
+        missing = {imu_topic, image_topic}
         for topic, message, t in source.read_messages(topics=[imu_topic, image_topic]):
             began = began or message.header.stamp.to_sec()
+            missing.discard(topic)
             since = message.header.stamp.to_sec() - began
             if topic == imu_topic:
                 a, w = message.linear_acceleration, message.angular_velocity
@@ -159,6 +161,8 @@ def inject(bag, out, imu_topic, image_topic, events):
                 if sent is not pixels:
                     message.step, message.data = message.width, sent.astype(np.uint8).tobytes()
             sink.write(topic, message, t)
+    if missing:
+        fail("%s has no messages of %s" % (bag, ", ".join(sorted(missing))))
     return began
 
 

@@ -279,6 +279,10 @@ class Bags(unittest.TestCase):
             turned_images = [m for m in images if m.step == 6]
             self.assertEqual(len(turned_images), 5)
             self.assertEqual(list(turned_images[0].data[:6]), [29, 28, 27, 26, 25, 24])
+            with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera$"):
+                fault_bag.inject(bag, out, "/imu0", "/camera", events)
+            with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera, /imu1$"):
+                fault_bag.inject(bag, out, "/imu1", "/camera", events)
 
     def record(self, path, rows):
         """What rosbag record would have written: its clock is 77 s before that of the stamps, and
