@@ -117,11 +117,8 @@ evaluation::ProtocolResult solveWindows(const AbOptions& options, const LoadedSe
   std::vector<const WindowSolver*> solvers;
   for (const Method& method : methods) solvers.push_back(method.solver.get());
   ProgressBar bar(loaded.sequence.name, !options.quiet);
-  evaluation::ProtocolResult result =
-      evaluation::runProtocol(loaded.sequence, solvers, protocolOptions(options),
-                              [&bar](int done, int total) { bar.update(done, total); });
-  if (result.windows.empty()) check(noWindowMessage(loaded, options, result.counts));
-  return result;
+  return evaluation::runProtocol(loaded.sequence, solvers, protocolOptions(options),
+                                 [&bar](int done, int total) { bar.update(done, total); });
 }
 
 int runAb(AbOptions options) {
@@ -131,9 +128,15 @@ int runAb(AbOptions options) {
   std::vector<std::string> notes = options.file_notes;
   notes.insert(notes.end(), loaded.sequence.notes.begin(), loaded.sequence.notes.end());
   for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
+  std::error_code ignored;
+  const bool is_new = !fs::exists(options.out, ignored);
   // Before the long part: a folder that cannot be written is best known now.
   check(evaluation::makeReportDirectory(options.out), "--out: ", kExitInternal);
   const evaluation::ProtocolResult result = solveWindows(options, loaded, methods);
+  if (result.windows.empty()) {
+    if (is_new) fs::remove(options.out, ignored);
+    check(noWindowMessage(loaded, options, result.counts));
+  }
   const std::vector<evaluation::MethodSummary> summaries = evaluation::summarize(result);
   check(evaluation::writeReport(options.out, describeRun(options, loaded, methods, notes), result,
                                 summaries),

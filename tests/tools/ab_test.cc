@@ -468,8 +468,9 @@ TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
 
   writeRecording(folder, 4.2, 0.3);  // 2 s before the gap and 1.9 s after it: no window fits
   expectRefused(
-      "ab --recorded @ --out @out",
+      "ab --recorded @ --out @refused",
       "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
+  EXPECT_FALSE(std::filesystem::exists(folder.file("refused")));
 }
 
 TEST_F(Ab, ImagesOutsideImuDataAndGroundTruthAreDiscarded) {
