@@ -191,6 +191,26 @@ TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   EXPECT_LT(scaleError(refined, truth), 0.02);
 }
 
+// A gyroscope that is worse than assumed turns the images no more; what no sensor has is left to
+// the gates.
+TEST(RefineWindow, AGyroscopeIsTrustedAsItsWindowShows) {
+  for (const double times : {1.0, 20.0}) {
+    double scale_error2 = 0.0;
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      ExactWindow exact = makeExactWindow(noisy(seed, 0.2));
+      const double sigma = exact.calibration.imu_noise.gyro_density * std::sqrt(200.0);
+      Gaussian random(seed);
+      for (ImuSample& sample : exact.imu) sample.gyro += times * sigma * random.vector();
+      const WindowState truth = trueState(exact);
+      const RefinedWindow refined = refine(*windowOf(exact), truth, RefinementOptions());
+      ASSERT_TRUE(refined.valid);
+      EXPECT_EQ(refined.inertial_chi2 < GateOptions().max_inertial_chi2, times == 1.0);
+      scale_error2 += 0.1 * std::pow(scaleError(refined, truth), 2);
+    }
+    EXPECT_LT(std::sqrt(scale_error2), times == 1.0 ? 0.006 : 0.04) << times;
+  }
+}
+
 TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
   ExactWindowOptions window_options = noisy(4);
   window_options.accel_bias = Eigen::Vector3d(0.12, -0.1, 0.15);

@@ -21,6 +21,8 @@ constexpr double kRayleighMedian = 1.17741;
 constexpr double kMaxOfTwoMedian = 1.05;
 // First-order biases are exact enough below this [rad/s].
 constexpr double kRelinearizeGyro = 5e-3;
+// More than that is no gyroscope of uneven stamps, scale or axes, and left to the gates.
+constexpr double kMostGyroNoise = 3.0;
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {
@@ -31,7 +33,8 @@ double fitCorrection(double rows, double parameters) {
 struct Descent {
   RefinedWindow reached;  // valid if the descent was
   MapResiduals residuals;
-  bool fits = false;  // a minimum, and it can be the correct one
+  double gyro_noise = 1.0;  // of the rotations, as a factor on what is assumed
+  bool fits = false;        // a minimum, and it can be the correct one
 };
 
 Descent descend(const WindowState& start, const RefinementOptions& options,
@@ -46,6 +49,10 @@ Descent descend(const WindowState& start, const RefinementOptions& options,
   out.residuals = map->residuals();
   reached.cost = summary.cost;
   reached.chi2 = summary.visual_cost / std::max(map->visualDof(), 1);
+  const int intervals = static_cast<int>(start.R_b0_bk.size()) - 1;
+  // The bias takes one of them.
+  const double rotation_chi2 = summary.rotation_cost / (3.0 * std::max(intervals - 1, 1));
+  out.gyro_noise = std::clamp(std::sqrt(rotation_chi2), 1.0, kMostGyroNoise);
   out.fits = summary.converged && reached.chi2 <= options.suspicious_chi2;
   return out;
 }
@@ -96,9 +103,12 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
-                                                 const InertialOptions& inertial, double td_shift) {
-  return preintegrateWindow(window, {gyro_bias, accel_bias}, assumedImuNoise(window, inertial),
-                            td_shift, PreintegrationParts::kWithCovariance);
+                                                 const InertialOptions& inertial, double td_shift,
+                                                 double gyro_noise) {
+  ImuNoise noise = assumedImuNoise(window, inertial);
+  noise.gyro_density *= gyro_noise;
+  return preintegrateWindow(window, {gyro_bias, accel_bias}, noise, td_shift,
+                            PreintegrationParts::kWithCovariance);
 }
 
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
@@ -123,10 +133,10 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.behind_fraction = static_cast<double>(behind) / std::max(handed_in, 1);
   map.setNoise(noise.sigma_point, noise.sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);
-  if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||
-      std::abs(td_shift) > kRelinearizeTolerance) {
+  if (first.gyro_noise > 1.0 || std::abs(td_shift) > kRelinearizeTolerance ||
+      (out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
     pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, input.inertial,
-                               td_shift);
+                               td_shift, first.gyro_noise);
     map.setPreintegrated(td_shift);
   }
   const MapSummary summary = map.resume(options.max_iterations, options.tolerance, &out.state);

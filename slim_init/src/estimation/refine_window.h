@@ -41,12 +41,13 @@ struct RefinedWindow {
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the
-/// window's IMU (assumedImuNoise()), between the keyframe times moved by `td_shift` [s].
+/// window's IMU (assumedImuNoise(); the gyroscope's times `gyro_noise`), between the keyframe times
+/// moved by `td_shift` [s].
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial,
-                                                 double td_shift = 0.0);
+                                                 double td_shift = 0.0, double gyro_noise = 1.0);
 
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.
 struct RefinementInput {

@@ -258,8 +258,12 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
                       &chain_[k]);
   }
   double cost = 0.0;
+  system->rotation_cost = 0.0;
   for (int i = 0; i + 1 < layout_.n; ++i) {
     const InertialResidual factor = inertialResidual(nominal_, i, pre_[i]);
+    // The square root is lower triangular.
+    system->rotation_cost +=
+        (whitening_[i].topLeftCorner<3, 3>() * factor.r.head<3>()).squaredNorm();
     cost += addInertialFactor(i, factor.r, chainRig(factor.J, chain_[i], chain_[i + 1]), system);
   }
   return cost;

@@ -33,6 +33,7 @@ struct MapCost {
   double cost = 0.0;           ///< the whole
   double visual_cost = 0.0;    ///< from points and lines
   double inertial_cost = 0.0;  ///< from IMU factors, biases and motion prior
+  double rotation_cost = 0.0;  ///< of that from the rotations between keyframes
 };
 
 /// What the minimisation reports.
