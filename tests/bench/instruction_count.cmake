@@ -15,14 +15,14 @@ if(NOT CONFIG STREQUAL "Release" AND NOT CONFIG STREQUAL "RelWithDebInfo")
   return()
 endif()
 
-# instructions(<method> <result>): of eight solves, in thousands.
+# instructions(<method> <result>): of 24 solves, in thousands.
 function(instructions method result)
   execute_process(
     COMMAND ${VALGRIND} --tool=callgrind --callgrind-out-file=${WORK_DIR}/callgrind.${method}
             --collect-atstart=no "--toggle-collect=*countedSolves*" ${BENCH} count --methods ${method}
-            --duration 12 --windows 8
+            --duration 30 --windows 24
     RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE log)
-  if(NOT code EQUAL 0 OR NOT output MATCHES "8 windows 8 solved")
+  if(NOT code EQUAL 0 OR NOT output MATCHES "24 windows 24 solved")
     message(FATAL_ERROR "${method} did not answer all windows:\n${output}\n${log}")
   endif()
   if(NOT log MATCHES "Collected : ([0-9]+)")
@@ -39,7 +39,7 @@ instructions(drt-l reference)
 instructions(slim counted)
 math(EXPR ratio_percent "100 * ${counted} / ${reference}")
 math(EXPR bound_percent "${ratio_measured_percent} * ${allowed_percent} / 100")
-message(STATUS "slim ${counted} thousand, drt-l ${reference} thousand instructions in 8 solves: "
+message(STATUS "slim ${counted} thousand, drt-l ${reference} thousand instructions in 24 solves: "
                "ratio ${ratio_percent} %, at most ${bound_percent} %")
 if(ratio_percent GREATER bound_percent)
   message(FATAL_ERROR "slim has become slower: ratio ${ratio_percent} %, at most ${bound_percent} %. "

@@ -21,7 +21,8 @@ constexpr double kRayleighMedian = 1.17741;
 constexpr double kMaxOfTwoMedian = 1.05;
 // First-order biases are exact enough below this [rad/s].
 constexpr double kRelinearizeGyro = 5e-3;
-// More than that is no gyroscope of uneven stamps, scale or axes, and left to the gates.
+// Largest factor on the density of the gyroscope: with 10 the same of 96 starts with errors of its
+// scale, axes and stamps are accepted. What is worse is left to the gates.
 constexpr double kMostGyroNoise = 3.0;
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
@@ -49,10 +50,10 @@ Descent descend(const WindowState& start, const RefinementOptions& options,
   out.residuals = map->residuals();
   reached.cost = summary.cost;
   reached.chi2 = summary.visual_cost / std::max(map->visualDof(), 1);
-  const int intervals = static_cast<int>(start.R_b0_bk.size()) - 1;
-  // The bias takes one of them.
-  const double rotation_chi2 = summary.rotation_cost / (3.0 * std::max(intervals - 1, 1));
-  out.gyro_noise = std::clamp(std::sqrt(rotation_chi2), 1.0, kMostGyroNoise);
+  // One per interval, less one for the bias.
+  const double rotations = std::max(start.R_b0_bk.size() - 2.0, 1.0);
+  out.gyro_noise =
+      std::clamp(std::sqrt(summary.rotation_cost / (3.0 * rotations)), 1.0, kMostGyroNoise);
   out.fits = summary.converged && reached.chi2 <= options.suspicious_chi2;
   return out;
 }

@@ -230,6 +230,8 @@ double VisualInertialProblem::addInertialFactor(
   const Eigen::Matrix<double, kColumns, 9> J =
       jacobian.transpose().lazyProduct(whitening_[i].transpose());
   const Eigen::Matrix<double, 9, 1> r = whitening_[i] * residual;
+  // Of the rotation alone: the whitening is lower triangular.
+  system->rotation_cost += r.head<3>().squaredNorm();
   const Eigen::Matrix<double, kColumns, kColumns> JJ = J.lazyProduct(J.transpose());
   const Eigen::Matrix<double, kColumns, 1> Jr = J * r;
   // Local columns in contiguous groups of the error vector.
@@ -261,9 +263,6 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
   system->rotation_cost = 0.0;
   for (int i = 0; i + 1 < layout_.n; ++i) {
     const InertialResidual factor = inertialResidual(nominal_, i, pre_[i]);
-    // The square root is lower triangular.
-    system->rotation_cost +=
-        (whitening_[i].topLeftCorner<3, 3>() * factor.r.head<3>()).squaredNorm();
     cost += addInertialFactor(i, factor.r, chainRig(factor.J, chain_[i], chain_[i + 1]), system);
   }
   return cost;

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "lines/line_track.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -92,12 +91,6 @@ bool triangulate(const LineView* views, int count, const WindowState& state,
 
 namespace {
 
-// Gauss-Newton steps before views are said to disagree: the linear line leans on the view in the
-// middle, which may be a short segment; these weigh all views alike.
-constexpr int kGaussNewtonSteps = 2;
-// Their damping, relative to the largest information: holds what the views do not determine.
-constexpr double kLineDamping = 1e-6;
-
 // One line against the views [begin, end) of a track.
 class Stretch {
  public:
@@ -107,13 +100,8 @@ class Stretch {
 
   bool agrees(int begin, int end, double max_error_rad) const {
     LineParameters line;
-    if (!triangulate(&views_[begin], end - begin, motion_, t_b_c_, &line)) return false;
-    if (largestError(line, begin, end) <= max_error_rad) return true;
-    for (int step = 0; step < kGaussNewtonSteps; ++step) {
-      line = improved(line, begin, end);
-      if (largestError(line, begin, end) <= max_error_rad) return true;
-    }
-    return false;
+    return triangulate(&views_[begin], end - begin, motion_, t_b_c_, &line) &&
+           largestError(line, begin, end) <= max_error_rad;
   }
 
  private:
@@ -132,19 +120,6 @@ class Stretch {
       if (!(error <= largest)) largest = std::isfinite(error) ? error : HUGE_VAL;
     }
     return largest;
-  }
-
-  LineParameters improved(const LineParameters& line, int begin, int end) const {
-    Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d g = Eigen::Vector4d::Zero();
-    for (int a = begin; a < end; ++a) {
-      ViewDerivatives<4> view;
-      evaluate(views_[a], line, motion_, t_b_c_, 1.0, &view);
-      H += view.J_track.transpose() * view.J_track;
-      g += view.J_track.transpose() * view.r;
-    }
-    H.diagonal().array() += kLineDamping * H.diagonal().maxCoeff();
-    return line.moved(-H.llt().solve(g));
   }
 
   const std::vector<LineView>& views_;
