@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Tests of check_budgets.py with planted code."""
-import os
 import sys
-import tempfile
 import unittest
 
 import check_budgets
+from scratch import Scratch
 
 LONG = "int longOne(int a) {\n" + "  ++a;\n" * 59 + "  return a;\n}\n"
 SOURCE = """// Copyright
@@ -42,8 +41,9 @@ class Functions(unittest.TestCase):
         self.assertEqual(check_budgets.parameters_of("f()"), 0)
 
 
-class Budgets(unittest.TestCase):
+class Budgets(Scratch):
     def setUp(self):
+        super().setUp()
         self.sizes = dict.fromkeys(check_budgets.SIZES, ("size", 100, 50))
         self.figures = dict.fromkeys(check_budgets.SIZES, 100)
 
@@ -55,21 +55,15 @@ class Budgets(unittest.TestCase):
         self.assertIn("lower it", check_budgets.faults_of(self.figures, self.sizes)[0])
 
     def test_counts_of_a_planted_tree(self):
-        with tempfile.TemporaryDirectory() as root:
-            def write(path, text):
-                os.makedirs(os.path.join(root, os.path.dirname(path)), exist_ok=True)
-                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
-                    file.write(text)
-
-            write("slim_init/src/a.cc", SOURCE)
-            write("slim_init/src/module/b.cc", "int f() {\n}\n")
-            write("slim_init/tools/main.cc", "int main() {\n}\n")
-            write("tests/t.py", "pass\n")
-            write("slim_init/include/slim_init/options.h", "struct O {\n  int a = 1;  ///< x\n};\n")
-            write("slim_init/include/slim_init/initializer.h",
-                  "class IInitializer {\n  virtual ~IInitializer();\n  virtual int a() = 0;\n};\n"
-                  "class Other {\n  virtual int b();\n};\n")
-            figures, beyond = check_budgets.figures_of(root)
+        figures, beyond = check_budgets.figures_of(self.new_folder({
+            "slim_init/src/a.cc": SOURCE,
+            "slim_init/src/module/b.cc": "int f() {\n}\n",
+            "slim_init/tools/main.cc": "int main() {\n}\n",
+            "tests/t.py": "pass\n",
+            "slim_init/include/slim_init/options.h": "struct O {\n  int a = 1;  ///< x\n};\n",
+            "slim_init/include/slim_init/initializer.h":
+                "class IInitializer {\n  virtual ~IInitializer();\n  virtual int a() = 0;\n};\n"
+                "class Other {\n  virtual int b();\n};\n"}))
         self.assertEqual(figures["core_numbers"], 2)
         self.assertEqual(figures["core_top_files"], 1)
         self.assertEqual(figures["core_long_functions"], 1)

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Planted faults: check_documents.py finds each, and nothing in a document that is right."""
-import os
-import tempfile
 import unittest
 
 import check_documents
+from scratch import Scratch
 
 FILES = {
     "docs/guide.md": "# Guide\n\n## Two parts, `one` page\n",
@@ -17,14 +16,10 @@ FILES = {
 }
 
 
-class CheckDocuments(unittest.TestCase):
+class CheckDocuments(Scratch):
     def faults(self, text):
-        with tempfile.TemporaryDirectory() as root:
-            for path, content in {**FILES, "README.md": text}.items():
-                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
-                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
-                    file.write(content)
-            return check_documents.check_document(check_documents.Repository(root), "README.md")
+        root = self.new_folder({**FILES, "README.md": text})
+        return check_documents.check_document(check_documents.Repository(root), "README.md")
 
     def test_right_names_pass(self):
         for text in ("[a](docs/guide.md)", "[a](docs/guide.md#two-parts-one-page)",

@@ -1,13 +1,11 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Planted faults: check_style.py finds each, and nothing in a page that follows the rules."""
-import os
-import subprocess
 import sys
-import tempfile
 import unittest
 
 import check_style
+from scratch import Scratch, run_to_end
 
 SHORT = "The node reads the file. If a key is unknown, it ends with a message.\n"
 LONG = "This sentence " + "goes on and on " * 10 + "for no reason at all.\n"
@@ -136,15 +134,9 @@ class Code(unittest.TestCase):
             self.assertEqual(check_style.check_code(path, text), [], text)
 
 
-class Program(unittest.TestCase):
+class Program(Scratch):
     def run_on(self, pages):
-        with tempfile.TemporaryDirectory() as root:
-            for path, text in pages.items():
-                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
-                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
-                    file.write(text)
-            return subprocess.run([sys.executable, check_style.__file__, root],
-                                  stdout=subprocess.PIPE, universal_newlines=True)
+        return run_to_end(sys.executable, check_style.__file__, self.new_folder(pages))
 
     def test_exit_code_and_lines(self):
         pages = {page: SHORT for page in check_style.BUDGETS}

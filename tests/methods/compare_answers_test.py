@@ -5,12 +5,12 @@ import csv
 import io
 import os
 import sys
-import tempfile
 import unittest
 from contextlib import redirect_stdout
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 import compare_answers  # noqa: E402
+from scratch import Scratch  # noqa: E402
 
 FIELDS = ["t_start_ns", "method", "status", "scale_error", "scale_sigma", "solve_cpu_ms"]
 WINDOWS = 200
@@ -28,25 +28,21 @@ def windows(change=None):
     return rows
 
 
-def compare(before, after):
-    with tempfile.TemporaryDirectory() as root:
+class CompareFolders(Scratch):
+    def compare(self, before, after):
         for name, rows in (("before", before), ("after", after)):
-            os.makedirs(os.path.join(root, name, "run"))
-            with open(os.path.join(root, name, "run", "windows.csv"), "w", newline="") as file:
+            with open(self.write(name + "/run/windows.csv"), "w", newline="") as file:
                 writer = csv.DictWriter(file, FIELDS)
                 writer.writeheader()
                 writer.writerows(rows)
-        options = type("Options", (), {"first": os.path.join(root, "before"),
-                                       "second": os.path.join(root, "after")})
+        options = type("Options", (), {"first": self.path("before"), "second": self.path("after")})
         output = io.StringIO()
         with redirect_stdout(output):
             status = compare_answers.compare_folders(options)
         return status, output.getvalue().splitlines()[-1]
 
-
-class CompareFolders(unittest.TestCase):
     def check(self, change, expected):
-        self.assertEqual(compare(windows(), windows(change)), expected)
+        self.assertEqual(self.compare(windows(), windows(change)), expected)
 
     def test_the_same_windows(self):
         self.check(None, (0, "nothing got worse"))
@@ -70,7 +66,7 @@ class CompareFolders(unittest.TestCase):
 
     def test_other_windows(self):
         with self.assertRaises(SystemExit):
-            compare(windows(), windows()[2:])
+            self.compare(windows(), windows()[2:])
 
 
 if __name__ == "__main__":

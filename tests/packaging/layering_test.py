@@ -2,12 +2,11 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Planted violations: layering.py finds each and names it, and nothing in a tree that is in order."""
 import os
-import subprocess
 import sys
-import tempfile
 import unittest
 
 import layering
+from scratch import Scratch, run_to_end
 
 FILES = {
     "slim_init/include/slim_init/types.h": "#include <Eigen/Core>\n",
@@ -19,24 +18,17 @@ LINKS = ("slim_init_core:Eigen3::Eigen\nslim_init_evaluation:slim_init_core;"
          "$<BUILD_INTERFACE:nlohmann_json::nlohmann_json>\n")
 
 
-class Layering(unittest.TestCase):
+class Layering(Scratch):
     def violations(self, files=(), links=""):
-        with tempfile.TemporaryDirectory() as root:
-            for path, text in {**FILES, **dict(files)}.items():
-                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
-                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
-                    file.write(text)
-            return layering.violations_of(root, LINKS + links)
+        return layering.violations_of(self.new_folder({**FILES, **dict(files)}), LINKS + links)
 
     def test_a_tree_in_order_passes(self):
         self.assertEqual(self.violations(), [])
 
     def test_the_program_fails(self):
-        with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "slim_init/src/elsewhere"))
-            run = subprocess.run([sys.executable, layering.__file__, root],
-                                 stdout=subprocess.PIPE, check=False)
-        self.assertEqual(run.returncode, 1)
+        os.makedirs(self.path("slim_init/src/elsewhere"))
+        self.assertEqual(
+            run_to_end(sys.executable, layering.__file__, self.folder).returncode, 1)
 
     def test_includes(self):
         for file, header in (

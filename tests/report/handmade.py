@@ -1,10 +1,8 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""Runs made by hand: the folders that `slim_init ab` would have written, and where to put them."""
+"""Runs made by hand: the folders that `slim_init ab` would have written."""
 import json
 import math
 import os
-import tempfile
-import unittest
 
 import pandas
 
@@ -17,29 +15,6 @@ downstream_s downstream_diverged downstream_ate downstream_scale_error downstrea
 solve_ms stages_ms""".split()
 
 STEP_S, LENGTH_S = 0.5, 2.25
-
-
-class Scratch(unittest.TestCase):
-    """Tests with a folder of their own each."""
-
-    def setUp(self):
-        scratch = tempfile.TemporaryDirectory()
-        self.addCleanup(scratch.cleanup)
-        self.folder = scratch.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def text_of(self, name):
-        with open(self.path(name), encoding="utf-8") as file:
-            return file.read()
-
-    def write(self, name, text=""):
-        """Writes a file, with its folders; returns its path."""
-        os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
-        with open(self.path(name), "w", encoding="utf-8") as file:
-            file.write(text)
-        return self.path(name)
 
 
 def row(trial, method, scale=1.0, status="success", excited=True, **more):

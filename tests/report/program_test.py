@@ -2,10 +2,9 @@
 """The program and the package together: SLIM_INIT_PROGRAM names the program."""
 import math
 import os
-import subprocess
 import unittest
 
-from handmade import Scratch
+from scratch import Scratch, run_to_end
 from slim_init_report import data, statistics
 
 PROGRAM = os.environ["SLIM_INIT_PROGRAM"]
@@ -42,8 +41,7 @@ class Program(Scratch):
         self.out = self.path("out")
 
     def run_program(self, *arguments, **more):
-        return subprocess.run([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, check=False, **more)
+        return run_to_end(PROGRAM, *arguments, **more)
 
     def ab(self, *more, **environment):
         return self.run_program("ab", "--builtin", "corridor-walk", "--world", "corridor",
@@ -62,18 +60,15 @@ class Program(Scratch):
 
     def test_without_the_modules_there_is_a_line_and_the_data(self):
         # A python that has none of them, and no other in reach.
-        python = self.write("bin/python3", "#!/bin/sh\nexit 3\n")
-        os.chmod(python, 0o755)
-        hidden = subprocess.run(["unshare", "-rm", "true"], stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL, check=False).returncode != 0
-        if hidden:  # /usr/bin/python3 cannot be covered up without a mount of our own
+        python = self.write("bin/python3", "#!/bin/sh\nexit 3\n", 0o755)
+        # /usr/bin/python3 cannot be covered up without a mount of our own.
+        if run_to_end("unshare", "-rm", "true").returncode != 0:
             self.skipTest("no unshare")
-        run = subprocess.run(
-            ["unshare", "-rm", "sh", "-c", 'mount --bind "$0" /usr/bin/python3 && exec "$@"',
-             python, PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
-             "--keyframes", "10",
-             "--out", self.out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            universal_newlines=True, check=False, env=dict(os.environ, PATH=self.path("bin") + ":/bin:/usr/bin"))
+        run = run_to_end(
+            "unshare", "-rm", "sh", "-c", 'mount --bind "$0" /usr/bin/python3 && exec "$@"', python,
+            PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
+            "--keyframes", "10", "--out", self.out,
+            env=dict(os.environ, PATH=self.path("bin") + ":/bin:/usr/bin"))
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertEqual(run.stderr.count("\n"), 1)
         self.assertIn("slim_init: note: no report: no python3 with pandas, matplotlib and jinja2 was "

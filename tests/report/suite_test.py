@@ -4,7 +4,7 @@ import os
 import subprocess
 import unittest
 
-from handmade import Scratch
+from scratch import Scratch, run_to_end
 
 PROGRAM, SNAKEMAKE = os.environ["SLIM_INIT_PROGRAM"], os.environ["SLIM_INIT_SNAKEMAKE"]
 SNAKEFILE = os.path.normpath(os.path.join(os.path.dirname(__file__),
@@ -16,10 +16,10 @@ class Suite(Scratch):
     def snakemake(self, *arguments, **config):
         settings = dict({"program": PROGRAM, "quick": "true", "limit": 2, "out": "out dir",
                          "methods": "slim-paper,drt-l", "cases": ",".join(CASES)}, **config)
-        run = subprocess.run(
-            [SNAKEMAKE, "-s", SNAKEFILE, "--cores", "2", "--nocolor", *arguments, "--config"] +
-            ["%s=%s" % item for item in settings.items()], cwd=self.folder, check=False,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+        run = run_to_end(
+            SNAKEMAKE, "-s", SNAKEFILE, "--cores", "2", "--nocolor", *arguments, "--config",
+            *["%s=%s" % item for item in settings.items()], cwd=self.folder,
+            stderr=subprocess.STDOUT,
             env=dict(os.environ, HOME=self.folder, XDG_CACHE_HOME=self.path("cache")))
         return run.returncode, run.stdout
 

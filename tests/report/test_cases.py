@@ -4,7 +4,7 @@ import os
 import sys
 import unittest
 
-from handmade import Scratch
+from scratch import Scratch
 
 SUITE = os.path.normpath(os.path.join(os.path.dirname(__file__), "../../slim_init/evaluation/suite"))
 sys.path.insert(0, SUITE)

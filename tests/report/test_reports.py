@@ -9,7 +9,8 @@ import re
 import unittest
 from html.parser import HTMLParser
 
-from handmade import Scratch, by_hand, row, write_run
+from handmade import by_hand, row, write_run
+from scratch import Scratch, read
 from slim_init_report import __main__ as program
 from slim_init_report import data, render, run_report, suite_report, suite_tables
 
@@ -55,10 +56,7 @@ class Checker(HTMLParser):
 
 def check(test, files):
     """Reads a report; returns the Markdown and the checked HTML."""
-    with open(files[0], encoding="utf-8") as file:
-        markdown = file.read()
-    with open(files[1], encoding="utf-8") as file:
-        html = file.read()
+    markdown, html = read(files[0]), read(files[1])
     page = Checker(html)
     test.assertEqual(page.problems, [])
     # Nothing scrolls; text wraps, pictures shrink.

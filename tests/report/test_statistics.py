@@ -7,7 +7,8 @@ import re
 import tempfile
 import unittest
 
-from handmade import Scratch, by_hand, row, write_run
+from handmade import by_hand, row, write_run
+from scratch import Scratch, read
 from slim_init_report import data, statistics
 
 FAILED = ("invalid_input", "numerical_failure")
@@ -81,8 +82,7 @@ class Special(unittest.TestCase):
     def test_statuses_are_those_of_the_library(self):
         files = glob.glob(os.path.join(SOURCE, "slim_init/src/*/result.cc"))
         self.assertEqual(len(files), 1)
-        with open(files[0], encoding="utf-8") as file:
-            source = file.read()
+        source = read(files[0])
         rows = re.findall(r'\{"(\w+)", Kind::k(\w+),', source)
         self.assertEqual(rows.pop()[0], "unknown")
 
@@ -92,9 +92,7 @@ class Special(unittest.TestCase):
         self.assertEqual(set(statistics.REFUSED), kind("Refused"))
         self.assertEqual({"success"} | set(FAILED), kind("Other"))
         # The compiler does not see the order of the names.
-        with open(os.path.join(SOURCE, "slim_init/include/slim_init/result.h"),
-                  encoding="utf-8") as file:
-            header = file.read()
+        header = read(os.path.join(SOURCE, "slim_init/include/slim_init/result.h"))
 
         def enumerators(name):
             begin = header.index("enum class %s {" % name)

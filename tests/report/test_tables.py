@@ -4,7 +4,8 @@ import math
 import unittest
 
 import numpy
-from handmade import Scratch, row, write_run
+from handmade import row, write_run
+from scratch import Scratch
 from slim_init_report import data, method_tables, paper, statistics, suite_tables
 from slim_init_report.tables import Cell, Table, count, number
 

@@ -2,14 +2,12 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """launch/ab_bag.py without ROS: the copies of the file, the commands it gives, numbers and report."""
 import csv
+import io
 import math
 import os
 import re
 import shlex
-import stat
-import subprocess
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -21,6 +19,7 @@ CONFIG = os.path.join(ROOT, "config", "euroc.yaml")
 sys.path.insert(0, os.path.dirname(SCRIPT))
 sys.dont_write_bytecode = True
 import ab_bag  # noqa: E402
+from scratch import Scratch, run_to_end  # noqa: E402
 
 BEGAN = 1000.0
 # What stands in for rosbag, rosrun and roslaunch. The "host" of roslaunch writes the odometry that
@@ -70,50 +69,34 @@ def rows(first, last, scale=1.0, yaw=0.0, kick=0.0):
     return "\n".join(["#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z"] + lines) + "\n"
 
 
-class AbBag(unittest.TestCase):
+class AbBag(Scratch):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.out = os.path.join(self.folder.name, "out")
-        self.bag = os.path.join(self.folder.name, "some.bag")
+        super().setUp()
+        self.out, self.bag = self.path("out"), self.path("some.bag")
         for name in ("rosbag", "rosrun", "roslaunch"):
-            self.write(name, PROGRAM)
-            path = os.path.join(self.folder.name, name)
-            os.chmod(path, os.stat(path).st_mode | stat.S_IXUSR)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write(self, name, text):
-        with open(os.path.join(self.folder.name, name), "w", encoding="utf-8") as file:
-            file.write(text)
+            self.write(name, PROGRAM, 0o755)
 
     def run_script(self, host="true", rate="1", config=CONFIG):
-        environment = dict(os.environ, PATH=self.folder.name + ":" + os.environ["PATH"])
-        return subprocess.run([sys.executable, SCRIPT, "run", self.bag, config, self.out,
-                               "slim,vins", rate, host, "stock", "__name:=ab_bag"],
-                              env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, check=False, timeout=120)
+        return run_to_end(sys.executable, SCRIPT, "run", self.bag, config, self.out, "slim,vins",
+                          rate, host, "stock", "__name:=ab_bag", timeout=120,
+                          env=dict(os.environ, PATH=self.folder + ":" + os.environ["PATH"]))
 
     def calls(self):
-        with open(os.path.join(self.folder.name, "log"), encoding="utf-8") as file:
-            return file.read().splitlines()
+        return self.text_of("log").splitlines()
 
     def results(self):
-        with open(os.path.join(self.out, "ab_bag.csv"), newline="", encoding="utf-8") as file:
-            return {row["run"]: row for row in csv.DictReader(file)}
+        return {row["run"]: row for row in csv.DictReader(io.StringIO(self.text_of("out/ab_bag.csv")))}
 
     def test_speeds_are_played_to_the_host_that_listens(self):
         for mode in ("stock", "slim"):
             self.write(mode + ".odometry", rows(1, 3))
-        with open(CONFIG, encoding="utf-8") as file:
-            self.write("wheel.yaml", file.read() + 'speed_topic: "/wheel"\nmask: "m.png"\n')
-        run = self.run_script(config=os.path.join(self.folder.name, "wheel.yaml"))
+        run = self.run_script(config=self.write(
+            "wheel.yaml", self.text_of(CONFIG) + 'speed_topic: "/wheel"\nmask: "m.png"\n'))
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         played = [call.split("--topics ")[1] for call in self.calls() if "--topics" in call]
         self.assertEqual(played, ["/imu0 /cam0/image_raw", "/imu0 /cam0/image_raw /wheel"])
         # A copy of the file finds what lies beside the file.
-        with open(os.path.join(self.out, "slim", "host.yaml"), encoding="utf-8") as file:
-            self.assertIn('mask: "%s"\n' % os.path.join(self.folder.name, "m.png"), file.read())
+        self.assertIn('mask: "%s"\n' % self.path("m.png"), self.text_of("out/slim/host.yaml"))
 
     def test_two_runs_against_the_truth(self):
         self.write("some.bag.groundtruth.csv", rows(0, 12))
@@ -132,10 +115,8 @@ class AbBag(unittest.TestCase):
         self.assertEqual(sum("--rate 0.5 %s --topics /imu0 /cam0/image_raw" % self.bag in call
                              for call in calls), 2)
         for mode in ("stock", "slim"):
-            with open(CONFIG, encoding="utf-8") as file:
-                before = file.read().splitlines()
-            with open(os.path.join(self.out, mode, "host.yaml"), encoding="utf-8") as file:
-                after = file.read().splitlines()
+            before = self.text_of(CONFIG).splitlines()
+            after = self.text_of("out/%s/host.yaml" % mode).splitlines()
             self.assertIn('initializer: "%s"' % mode, after)
             self.assertIn('output_path: "%s"' % os.path.join(self.out, mode), after)
             self.assertIn("reinit: %d" % (mode == "slim"), after)
@@ -157,8 +138,7 @@ class AbBag(unittest.TestCase):
         self.assertIn("slim started after 1.20 s with a scale of 1.050, 5 % off, and did not "
                       "drift", run.stdout)
         self.assertIn("slim was closer to the ground truth", run.stdout)
-        with open(os.path.join(self.out, "ab_bag.html"), encoding="utf-8") as file:
-            self.assertIn("<th>ATE [m]</th>", file.read())
+        self.assertIn("<th>ATE [m]</th>", self.text_of("out/ab_bag.html"))
 
     def test_without_truth_start_times_are_reported(self):
         self.write("stock.odometry", "")
@@ -216,27 +196,18 @@ class AbBag(unittest.TestCase):
         self.assertRegex(run.stderr, r"the host ended with 7; see .*stock/roslaunch.log")
 
     def test_rviz_missing_is_one_sentence(self):
-        rviz = os.path.join(ROOT, "launch", "rviz.sh")
-        environment = dict(os.environ, PATH=self.folder.name)
-        run = subprocess.run(["/bin/sh", rviz, "-d", "some.rviz"], env=environment,
-                             stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             universal_newlines=True, check=False)
+        def rviz():
+            return run_to_end("/bin/sh", os.path.join(ROOT, "launch", "rviz.sh"), "-d", "some.rviz",
+                              env=dict(os.environ, PATH=self.folder))
+        run = rviz()
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         self.assertEqual(run.stdout.count("\n"), 1)
         self.assertIn("rviz is not installed", run.stdout)
-        program = os.path.join(self.folder.name, "rviz")
-        with open(program, "w", encoding="utf-8") as file:
-            file.write('#!/bin/sh\necho drawn "$@"\n')
-        os.chmod(program, 0o755)
-        run = subprocess.run(["/bin/sh", rviz, "-d", "some.rviz"], env=environment,
-                             stdout=subprocess.PIPE, universal_newlines=True, check=False)
-        self.assertEqual(run.stdout, "drawn -d some.rviz\n")
+        self.write("rviz", '#!/bin/sh\necho drawn "$@"\n', 0o755)
+        self.assertEqual(rviz().stdout, "drawn -d some.rviz\n")
 
     def test_a_missing_file_is_told(self):
-        environment = dict(os.environ, PATH=self.folder.name + ":" + os.environ["PATH"])
-        run = subprocess.run([sys.executable, SCRIPT, "run", self.bag, "no.yaml", self.out, "slim",
-                              "1", "true", "slim"], env=environment, stderr=subprocess.PIPE,
-                             universal_newlines=True, check=False)
+        run = self.run_script(config="no.yaml")
         self.assertEqual(run.returncode, 1)
         self.assertIn("no.yaml cannot be read", run.stderr)
 

@@ -6,7 +6,6 @@ import json
 import math
 import os
 import sys
-import tempfile
 import unittest
 
 import genpy
@@ -18,6 +17,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 sys.path.insert(0, os.path.join(ROOT, "launch"))
 sys.dont_write_bytecode = True
 import fault_bag  # noqa: E402
+from scratch import Scratch, read  # noqa: E402
 
 BEGAN = 1000.0
 HEADER = """Header header
@@ -246,7 +246,7 @@ class Judge(unittest.TestCase):
         self.assertEqual(one.alarms([EVENT], 6.0), 2)
 
 
-class Bags(unittest.TestCase):
+class Bags(Scratch):
     def message(self, name, t):
         message = CLASSES[name]()
         if name != "std_msgs/String":
@@ -254,35 +254,34 @@ class Bags(unittest.TestCase):
         return message
 
     def test_inject(self):
-        with tempfile.TemporaryDirectory() as folder:
-            bag, out = (os.path.join(folder, name) for name in ("a.bag", "b.bag"))
-            with rosbag.Bag(bag, "w") as sink:
-                for k in range(300):
-                    imu = self.message("sensor_msgs/Imu", 0.01 * k)
-                    imu.linear_acceleration.z = 9.8
-                    sink.write("/imu0", imu, imu.header.stamp)
-                    if k % 10 == 0:
-                        image = self.message("sensor_msgs/Image", 0.01 * k)
-                        image.height, image.width, image.step, image.encoding = 4, 6, 8, "mono8"
-                        image.data = bytes(range(32))
-                        sink.write("/cam", image, image.header.stamp)
-            events = [fault_bag.event_of(word) for word in ("accel:5:1@1", "upside-down:0.5@2",
-                                                            "no-images:0.5@0.5")]
-            self.assertEqual(fault_bag.inject(bag, out, "/imu0", "/cam", events), BEGAN)
-            with rosbag.Bag(out) as result:
-                imu = [m for _, m, _ in result.read_messages(topics=["/imu0"])]
-                images = [m for _, m, _ in result.read_messages(topics=["/cam"])]
-            self.assertEqual((len(imu), len(images)), (300, 25))
-            self.assertEqual([sum(m.linear_acceleration.x == x for m in imu) for x in (0.0, 5.0)],
-                             [200, 100])
-            self.assertEqual(images[0].data, bytes(range(32)))
-            turned_images = [m for m in images if m.step == 6]
-            self.assertEqual(len(turned_images), 5)
-            self.assertEqual(list(turned_images[0].data[:6]), [29, 28, 27, 26, 25, 24])
-            with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera$"):
-                fault_bag.inject(bag, out, "/imu0", "/camera", events)
-            with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera, /imu1$"):
-                fault_bag.inject(bag, out, "/imu1", "/camera", events)
+        bag, out = self.path("a.bag"), self.path("b.bag")
+        with rosbag.Bag(bag, "w") as sink:
+            for k in range(300):
+                imu = self.message("sensor_msgs/Imu", 0.01 * k)
+                imu.linear_acceleration.z = 9.8
+                sink.write("/imu0", imu, imu.header.stamp)
+                if k % 10 == 0:
+                    image = self.message("sensor_msgs/Image", 0.01 * k)
+                    image.height, image.width, image.step, image.encoding = 4, 6, 8, "mono8"
+                    image.data = bytes(range(32))
+                    sink.write("/cam", image, image.header.stamp)
+        events = [fault_bag.event_of(word) for word in ("accel:5:1@1", "upside-down:0.5@2",
+                                                        "no-images:0.5@0.5")]
+        self.assertEqual(fault_bag.inject(bag, out, "/imu0", "/cam", events), BEGAN)
+        with rosbag.Bag(out) as result:
+            imu = [m for _, m, _ in result.read_messages(topics=["/imu0"])]
+            images = [m for _, m, _ in result.read_messages(topics=["/cam"])]
+        self.assertEqual((len(imu), len(images)), (300, 25))
+        self.assertEqual([sum(m.linear_acceleration.x == x for m in imu) for x in (0.0, 5.0)],
+                         [200, 100])
+        self.assertEqual(images[0].data, bytes(range(32)))
+        turned_images = [m for m in images if m.step == 6]
+        self.assertEqual(len(turned_images), 5)
+        self.assertEqual(list(turned_images[0].data[:6]), [29, 28, 27, 26, 25, 24])
+        with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera$"):
+            fault_bag.inject(bag, out, "/imu0", "/camera", events)
+        with self.assertRaisesRegex(SystemExit, "a.bag has no messages of /camera, /imu1$"):
+            fault_bag.inject(bag, out, "/imu1", "/camera", events)
 
     def record(self, path, rows):
         """What rosbag record would have written: its clock is 77 s before that of the stamps, and
@@ -310,41 +309,36 @@ class Bags(unittest.TestCase):
                 write(fault_bag.TOPICS[name], message, 9.0)
 
     def test_judge_a_recording(self):
-        with tempfile.TemporaryDirectory() as folder:
-            truth = os.path.join(folder, "a.bag.groundtruth.csv")
-            with open(truth, "w", encoding="utf-8") as file:
-                file.write("#timestamp,...\n" + "".join(
-                    "%d,%s\n" % (round((BEGAN + row[0]) * 1e9), ",".join(map(repr, row[1:].tolist())))
-                    for row in TRUTH))
-            self.record(os.path.join(folder, "recorded.bag"),
-                        odometry(lambda t: (0.5 if t > 8.45 else 0.0, 0.0, 0.0)))
-            with open(os.path.join(folder, "run.json"), "w", encoding="utf-8") as file:
-                json.dump({"truth": truth, "imu_topic": "/imu0", "began": BEGAN, "seconds": 20.0,
-                           "cpu_s": 8.0, "events": [EVENT]}, file)
-            rows, total = fault_bag.judge(folder)
-            self.assertAlmostEqual(total["late_worst"], 0.05, places=4)
-            self.assertEqual((total["recoveries"], total["alarms"], total["cpu"]), (1, 0, 0.4))
-            self.assertAlmostEqual(rows[0]["moved_m"], 0.5, delta=0.003)
-            self.assertAlmostEqual(rows[0]["position_over_sigma"], 0.5 / math.sqrt(3.0) / 0.3,
-                                   delta=0.01)
-            line = fault_bag.table(rows)[2]
-            self.assertTrue(line.startswith("| frozen:1 | 1 | 1 | 0 | 0.00 / 0.00 | 0.50 / 0.50"),
-                            line)
-            self.assertIn("1 events judged", fault_bag.summary(rows, [total])[0])
-            self.assertTrue(os.path.exists(os.path.join(folder, "judged.csv")))
+        truth = self.write("a.bag.groundtruth.csv", "#timestamp,...\n" + "".join(
+            "%d,%s\n" % (round((BEGAN + row[0]) * 1e9), ",".join(map(repr, row[1:].tolist())))
+            for row in TRUTH))
+        self.record(self.path("recorded.bag"),
+                    odometry(lambda t: (0.5 if t > 8.45 else 0.0, 0.0, 0.0)))
+        self.write("run.json", json.dumps({
+            "truth": truth, "imu_topic": "/imu0", "began": BEGAN, "seconds": 20.0, "cpu_s": 8.0,
+            "events": [EVENT]}))
+        rows, total = fault_bag.judge(self.folder)
+        self.assertAlmostEqual(total["late_worst"], 0.05, places=4)
+        self.assertEqual((total["recoveries"], total["alarms"], total["cpu"]), (1, 0, 0.4))
+        self.assertAlmostEqual(rows[0]["moved_m"], 0.5, delta=0.003)
+        self.assertAlmostEqual(rows[0]["position_over_sigma"], 0.5 / math.sqrt(3.0) / 0.3,
+                               delta=0.01)
+        line = fault_bag.table(rows)[2]
+        self.assertTrue(line.startswith("| frozen:1 | 1 | 1 | 0 | 0.00 / 0.00 | 0.50 / 0.50"),
+                        line)
+        self.assertIn("1 events judged", fault_bag.summary(rows, [total])[0])
+        self.assertTrue(os.path.exists(self.path("judged.csv")))
 
     def test_a_host_without_odometry(self):
-        with tempfile.TemporaryDirectory() as folder:
-            self.record(os.path.join(folder, "a.bag"), [])
-            self.assertEqual(fault_bag.read_flight(os.path.join(folder, "a.bag"), TRUTH, "/imu0",
-                                                   BEGAN)[0], None)
+        self.record(self.path("a.bag"), [])
+        self.assertEqual(
+            fault_bag.read_flight(self.path("a.bag"), TRUTH, "/imu0", BEGAN)[0], None)
 
 
 class ProcessorTime(unittest.TestCase):
     def test_of_a_child(self):
         sum(k * k for k in range(2000000))
-        with open("/proc/self/comm", encoding="utf-8") as file:
-            name = file.read().strip()
+        name = read("/proc/self/comm").strip()
         self.assertGreater(fault_bag.processor_time(os.getppid(), name), 0.0)
         self.assertEqual(fault_bag.processor_time(os.getppid(), "no such name"), 0.0)
 

@@ -5,9 +5,7 @@ import os
 import re
 import shutil
 import stat
-import subprocess
 import sys
-import tempfile
 import unittest
 
 REPOSITORY = os.path.abspath(sys.argv.pop(1))
@@ -17,6 +15,7 @@ sys.path.insert(0, STAND_INS)
 sys.dont_write_bytecode = True
 import apply  # noqa: E402
 import forks  # noqa: E402
+from scratch import Scratch, run_to_end  # noqa: E402
 
 HOSTS = apply.known_hosts()
 UNREPAIRED = apply.known_hosts(repaired=False)
@@ -25,9 +24,7 @@ CPP = {name: host.code_files[1] for name, host in HOSTS.items()}
 
 def tool(*arguments):
     """Exit code, output, errors."""
-    done = subprocess.run([sys.executable, apply.__file__] + list(arguments),
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
-                          timeout=60)
+    done = run_to_end(sys.executable, apply.__file__, *arguments, timeout=60)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -49,12 +46,7 @@ def write(path, data):
         stream.write(data)
 
 
-class ApplyTest(unittest.TestCase):
-
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="slim_init-apply-")
-        self.addCleanup(shutil.rmtree, self.folder)
-
+class ApplyTest(Scratch):
     def checkout(self, flavour):
         path = os.path.join(self.folder, flavour)
         forks.make(flavour.replace("-", "_"), path)
@@ -422,8 +414,7 @@ class ApplyTest(unittest.TestCase):
         script = os.path.join(REPOSITORY, "vins_estimator_patch", "for_opencv4.sh")
 
         def port(*arguments):
-            done = subprocess.run(("bash", script) + arguments, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+            done = run_to_end("bash", script, *arguments, timeout=60)
             return done.returncode, done.stdout
 
         self.assertEqual(port(path), (0, source + "\n1 files changed\n"))
@@ -438,18 +429,16 @@ class ApplyTest(unittest.TestCase):
         self.assertEqual(port(os.path.join(path, "absent"))[0], 2)
 
     def test_documents_state_the_numbers_of_the_tool(self):
-        with open(os.path.join(REPOSITORY, "vins_estimator_patch", "README.md")) as stream:
-            readme = stream.read()
+        readme = self.text_of(os.path.join(REPOSITORY, "vins_estimator_patch", "README.md"))
         for name, host in HOSTS.items():
             bare = UNREPAIRED[name].total()
             self.assertIn("| %s | `%s` | %s | %d | %d | %d |" % (
                 host.title, name, host.checked_at, bare, host.total() - bare, len(host.files)),
                 readme)
-        with open(os.path.join(REPOSITORY, "docs", "vins_mono.md")) as stream:
-            guide = stream.read()
+        guide = self.text_of(os.path.join(REPOSITORY, "docs", "vins_mono.md"))
         mono = HOSTS["vins-mono"]
-        with open(os.path.join(REPOSITORY, "README.md")) as stream:
-            self.assertIn("# %d marked insertions;" % mono.total(), stream.read())
+        self.assertIn("# %d marked insertions;" % mono.total(),
+                      self.text_of(os.path.join(REPOSITORY, "README.md")))
         self.assertIn("vins-mono: %d insertions in %d files can be made"
                       % (mono.total(), len(mono.files)), guide)
         self.assertIn("# %d blocks between" % mono.total(), guide)
