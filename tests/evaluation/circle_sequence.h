@@ -6,14 +6,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
-#include <mutex>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/sequence.h"
-#include "slim_init/window_solver.h"
+#include "support/fake_solver.h"
 
 namespace slim_init::evaluation {
 
@@ -96,34 +94,6 @@ inline InitResult perfectResult(const InitWindow& window, const Circle& circle =
   for (const double t : window.times()) states.push_back(circle.state(t + shift));
   return perfectResult(states, circle.g);
 }
-
-/// Stands in for a method: answers with whatever the test says and remembers what it was shown.
-/// Safe to call in parallel.
-class FakeSolver : public WindowSolver {
- public:
-  using Answer = std::function<InitResult(const InitWindow&)>;
-  FakeSolver(std::string name, Answer answer)
-      : name_(std::move(name)), answer_(std::move(answer)) {}
-
-  const std::string& name() const override { return name_; }
-  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
-                         WorkBudget* /*budget*/) const override {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      windows.push_back(&window);
-      times.push_back(window.times());
-    }
-    return answer_(window);
-  }
-
-  mutable std::vector<const InitWindow*> windows;
-  mutable std::vector<std::vector<double>> times;
-
- private:
-  std::string name_;
-  Answer answer_;
-  mutable std::mutex mutex_;
-};
 
 /// A FakeSolver that knows the circle.
 inline FakeSolver makePerfectSolver(const std::string& name, const Circle& circle = Circle()) {

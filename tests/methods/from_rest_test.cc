@@ -13,6 +13,7 @@
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
+#include "support/fake_solver.h"
 #include "support/fed_initializer.h"
 #include "support/gaussian.h"
 #include "support/same_result.h"
@@ -203,7 +204,7 @@ TEST(FromRest, AMotionWithoutARestIsSolvedAsBefore) {
 TEST(FromRest, AMethodWithoutPriorsIsSolvedAtRestToo) {
   const ExactWindow exact = streams(Motion::kFromRest, 1);
   std::string error;
-  const auto initializer = makeInitializer(std::make_unique<PlainMethod>(), exact.calibration,
+  const auto initializer = makeInitializer(std::make_unique<FakeSolver>("other"), exact.calibration,
                                            InitializerOptions(), &error);
   ASSERT_NE(initializer, nullptr) << error;
   for (const ImuSample& sample : exact.imu) initializer->addImu(sample);

@@ -13,6 +13,7 @@
 #include "geometry/so3.h"
 #include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
+#include "support/fake_solver.h"
 #include "support/fed_initializer.h"
 
 namespace slim_init {
@@ -26,17 +27,6 @@ InitializerOptions tenKeyframes() {
   options.window.min_interval_s = 0.22;
   options.window.max_span_s = 0.0;
   return options;
-}
-
-// What a host knows of its own state.
-std::vector<StatePrior> healthy(const NavState& state) {
-  StatePrior prior;
-  prior.state = state;
-  Eigen::Matrix<double, 15, 1> sigma;
-  sigma << 0.01, 0.01, 0.0, Vector3d::Zero(), Vector3d::Constant(0.1), Vector3d::Constant(1e-3),
-      Vector3d::Constant(0.05);
-  prior.covariance = sigma.cwiseAbs2().asDiagonal();
-  return {prior};
 }
 
 class InitializerTest : public ::testing::Test {
@@ -85,8 +75,14 @@ TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
 }
 
 TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {
-  const auto initializer = makeInitializer(std::make_unique<PlainMethod>(InitStatus::kSuccess),
-                                           exact_.calibration, InitializerOptions());
+  const auto initializer =
+      makeInitializer(std::make_unique<FakeSolver>("other",
+                                                   [](const InitWindow& /*window*/) {
+                                                     InitResult bare;
+                                                     bare.status = InitStatus::kSuccess;
+                                                     return bare;
+                                                   }),
+                      exact_.calibration, InitializerOptions());
   ASSERT_NE(initializer, nullptr);
   feed(*initializer, exact_);
   const InitResult result = initializer->initialize();
@@ -107,7 +103,7 @@ TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImuButNotAcr
     }
     auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
     feed(*initializer, with_gap);
-    return initializer->initialize({healthy(exact.truth[2]), {}});
+    return initializer->initialize({{healthyPrior(exact.truth[2])}, {}});
   };
   const InitResult result = recoverWithGap(0.0);
   ASSERT_TRUE(result.success()) << result.message;
@@ -127,52 +123,39 @@ TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
   feed(*initializer, exact_);
   NavState tilted = exact_.truth[3];
   tilted.R_w_b = expSO3(Vector3d(0.1, -0.05, 0.0)) * tilted.R_w_b;  // the host's tilt was off
-  const InitResult result = initializer->initialize({healthy(tilted), {}});
+  const InitResult result = initializer->initialize({{healthyPrior(tilted)}, {}});
   ASSERT_TRUE(result.success()) << result.message;
   const Vector3d down_b = result.states[0].R_w_b.transpose() * Vector3d(0, 0, -1);
   EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
 }
 
-/// Sure of a bent path, and counts how often it was asked. `scale` may change from window to
-/// window.
-class CountingSolver : public WindowSolver {
- public:
-  explicit CountingSolver(std::function<double(const InitWindow&)> scale)
-      : scale_(std::move(scale)) {}
-  const std::string& name() const override { return name_; }
-  InitResult solveWindow(const InitWindow& window, const SolveRequest& /*request*/,
-                         WorkBudget* /*budget*/) const override {
-    ++solves;
-    const double scale = scale_(window);
-    InitResult result;
-    result.status = InitStatus::kSuccess;
-    result.message = "all gates passed";
-    result.gravity_w = result.gravity_b0 = Vector3d(0.0, 0.0, -9.81);
-    result.scale_sigma = 0.05;
-    for (const double t : window.times()) {
-      NavState state;
-      state.t = t;
-      state.p_w_b = scale * Vector3d(t, 0.3 * t * t, 0.0);
-      state.v_w_b = scale * Vector3d(1.0, 0.6 * t, 0.0);
-      result.states.push_back(state);
-    }
-    GateValue gate;
-    gate.passed = gate.enforced = true;
-    result.gates = {gate};
-    return result;
+/// Sure of a path that is bent, times `scale`.
+InitResult bentPath(const InitWindow& window, double scale) {
+  InitResult result;
+  result.status = InitStatus::kSuccess;
+  result.message = "all gates passed";
+  result.gravity_w = result.gravity_b0 = Vector3d(0.0, 0.0, -9.81);
+  result.scale_sigma = 0.05;
+  for (const double t : window.times()) {
+    NavState state;
+    state.t = t;
+    state.p_w_b = scale * Vector3d(t, 0.3 * t * t, 0.0);
+    state.v_w_b = scale * Vector3d(1.0, 0.6 * t, 0.0);
+    result.states.push_back(state);
   }
-  mutable int solves = 0;
-
- private:
-  std::function<double(const InitWindow&)> scale_;
-  std::string name_ = "counting";
-};
+  GateValue gate;
+  gate.passed = gate.enforced = true;
+  result.gates = {gate};
+  return result;
+}
 
 // A window that grows, `rate_` images a second.
 class AskedAgain : public ::testing::Test {
  protected:
-  void start(std::function<double(const InitWindow&)> scale) {
-    auto solver = std::make_unique<CountingSolver>(std::move(scale));
+  // `scale` may change from window to window.
+  void start(const std::function<double(const InitWindow&)>& scale) {
+    auto solver = std::make_unique<FakeSolver>(
+        "fake", [scale](const InitWindow& window) { return bentPath(window, scale(window)); });
     solver_ = solver.get();
     initializer_ = makeInitializer(std::move(solver), Calibration(), InitializerOptions());
     ASSERT_NE(initializer_, nullptr);
@@ -197,7 +180,7 @@ class AskedAgain : public ::testing::Test {
   }
   static double right(const InitWindow& /*window*/) { return 1.0; }
 
-  CountingSolver* solver_ = nullptr;
+  FakeSolver* solver_ = nullptr;
   std::unique_ptr<IInitializer> initializer_;
   int image_ = 1, rate_ = 10;
 };
@@ -205,15 +188,15 @@ class AskedAgain : public ::testing::Test {
 TEST_F(AskedAgain, AtEveryImageItSolvesOnceAndAcceptsTheThirdThatAgrees) {
   start(right);
   EXPECT_EQ(askAt(4).status, InitStatus::kTooFewKeyframes);
-  EXPECT_EQ(solver_->solves, 0);
+  EXPECT_EQ(solver_->windows.size(), 0);
   // The first question has no answers before it: shorter windows, of which one is long enough.
   EXPECT_FALSE(askAt(5).success());
-  const int first = solver_->solves;
+  const std::size_t first = solver_->windows.size();
   EXPECT_EQ(first, 2);
   EXPECT_TRUE(askAt(6).success());
-  EXPECT_EQ(solver_->solves, first + 1);
+  EXPECT_EQ(solver_->windows.size(), first + 1);
   EXPECT_TRUE(askAt(7).success());
-  EXPECT_EQ(solver_->solves, first + 2);
+  EXPECT_EQ(solver_->windows.size(), first + 2);
 }
 
 TEST_F(AskedAgain, AnAnswerThatMovesIsRefusedUntilTwoAgreeWithIt) {
@@ -229,11 +212,11 @@ TEST_F(AskedAgain, AnAnswerThatMovesIsRefusedUntilTwoAgreeWithIt) {
 TEST_F(AskedAgain, NowAndThenItSolvesShorterWindowsAsWell) {
   start(right);
   EXPECT_TRUE(askAt(12).success());
-  EXPECT_EQ(solver_->solves, 3);
+  EXPECT_EQ(solver_->windows.size(), 3);
   EXPECT_TRUE(askAt(16).success()) << "0.4 s later";
-  EXPECT_EQ(solver_->solves, 6);
+  EXPECT_EQ(solver_->windows.size(), 6);
   EXPECT_TRUE(askAt(18).success()) << "0.2 s later";
-  EXPECT_EQ(solver_->solves, 7);
+  EXPECT_EQ(solver_->windows.size(), 7);
 }
 
 TEST_F(AskedAgain, ASlowCameraStartsWithTheThirdAnswer) {
@@ -246,17 +229,17 @@ TEST_F(AskedAgain, ASlowCameraStartsWithTheThirdAnswer) {
 TEST_F(AskedAgain, AFullWindowIsAcceptedAlone) {
   start(right);
   EXPECT_TRUE(askAt(40).success());
-  EXPECT_EQ(solver_->solves, 1);
+  EXPECT_EQ(solver_->windows.size(), 1);
 }
 
 // Asked often enough, a scene that is far away is accepted by chance.
 TEST_F(AskedAgain, AFullWindowAfterARefusalIsComparedWithShorterOnes) {
   start([](const InitWindow& window) { return window.times().back() < 4.35 ? 2.0 : 1.0; });
   EXPECT_FALSE(askAt(5).success());
-  const int first = solver_->solves;
+  const std::size_t first = solver_->windows.size();
   const InitResult moved = askAt(44);
   EXPECT_EQ(moved.status, InitStatus::kScaleTooUncertain) << moved.message;
-  EXPECT_EQ(solver_->solves, first + 3);
+  EXPECT_EQ(solver_->windows.size(), first + 3);
 }
 
 TEST_F(AskedAgain, NothingIsRememberedAcrossAResetOrAChangeOfTd) {
@@ -266,7 +249,7 @@ TEST_F(AskedAgain, NothingIsRememberedAcrossAResetOrAChangeOfTd) {
     EXPECT_TRUE(askAt(12).success());
     initializer_->setTd(td);
     EXPECT_TRUE(askAt(13).success());
-    EXPECT_EQ(solver_->solves, td > 1e-3 ? 6 : 4);
+    EXPECT_EQ(solver_->windows.size(), td > 1e-3 ? 6 : 4);
   }
   initializer_->reset();
   image_ = 1;

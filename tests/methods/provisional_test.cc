@@ -17,6 +17,7 @@
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
+#include "support/fake_solver.h"
 #include "support/fed_initializer.h"
 #include "support/true_state.h"
 #include "support/unlimited_budget.h"
@@ -217,7 +218,7 @@ TEST(Provisional, SaysWhyThereIsNone) {
   const InitResult answer = solve(makeExactWindow(options), solverOptions());
   EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
   const InitResult none =
-      PlainMethod().solve(*makeExactWindow(shortWindowOptions(1, 7)).window, {nullptr, true});
+      FakeSolver("other").solve(*makeExactWindow(shortWindowOptions(1, 7)).window, {nullptr, true});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional estimates");
 }

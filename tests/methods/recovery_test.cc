@@ -20,6 +20,7 @@
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
+#include "support/fake_solver.h"
 #include "support/fed_initializer.h"
 #include "support/gaussian.h"
 #include "support/jacobian_check.h"
@@ -448,7 +449,7 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
 TEST(Recovery, AMethodWithoutItSaysSo) {
   const ExactWindow exact = makeExactWindow(drawnStream(2, Motion::kExcited, 8));
   const StatePrior state = priorOf(exact.truth.front(), 1);
-  const InitResult none = PlainMethod().solve(*exact.window, {&state});
+  const InitResult none = FakeSolver("other").solve(*exact.window, {&state});
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other cannot use a prior");
 }

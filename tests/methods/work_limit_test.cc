@@ -23,16 +23,6 @@ std::unique_ptr<IInitializer> makeLimited(const ExactWindow& exact, double units
   return makeFed(exact, options);
 }
 
-StatePrior healthyState(const NavState& truth) {
-  StatePrior prior;
-  prior.state = truth;
-  Eigen::Matrix<double, 15, 1> sigma;
-  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1),
-      Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.05);
-  prior.covariance = sigma.cwiseAbs2().asDiagonal();
-  return prior;
-}
-
 // From no work at all to all of it: a solve ends with the right estimate, or with the limit. Never
 // is an estimate accepted that the whole solve would not give, and equal work gives equal bytes.
 TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
@@ -63,7 +53,7 @@ TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
 // is work left for the known state.
 TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
   const ExactWindow exact = makeExactWindow(drawnStream(3, Motion::kConstantVelocity, 16));
-  const std::vector<StatePrior> healthy = {healthyState(exact.truth[8])};
+  const std::vector<StatePrior> healthy = {healthyPrior(exact.truth[8])};
   const InitResult whole = makeLimited(exact, 0.0)->initialize({healthy, {}});
   ASSERT_TRUE(whole.success()) << whole.message;
   int accepted = 0;

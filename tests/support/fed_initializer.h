@@ -18,6 +18,17 @@ inline void feed(IInitializer& initializer, const ExactWindow& exact) {
   for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
 }
 
+/// What a host knows of its own state.
+inline StatePrior healthyPrior(const NavState& state) {
+  StatePrior prior;
+  prior.state = state;
+  Eigen::Matrix<double, 15, 1> sigma;
+  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1),
+      Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.05);
+  prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  return prior;
+}
+
 /// `slim`, with options that are valid.
 inline std::unique_ptr<WindowSolver> slimSolver(const InitializerOptions& options) {
   std::string error;
@@ -35,20 +46,5 @@ inline std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
   feed(*initializer, exact);
   return initializer;
 }
-
-/// A method that has nothing but a status: what the base class says of the rest.
-class PlainMethod : public WindowSolver {
- public:
-  explicit PlainMethod(InitStatus status = InitResult().status) { result_.status = status; }
-  const std::string& name() const override { return name_; }
-  InitResult solveWindow(const InitWindow& /*window*/, const SolveRequest& /*request*/,
-                         WorkBudget* /*budget*/) const override {
-    return result_;
-  }
-
- private:
-  std::string name_ = "other";
-  InitResult result_;
-};
 
 }  // namespace slim_init
