@@ -15,6 +15,7 @@
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 namespace {
@@ -218,10 +219,8 @@ Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
     tally.accepted += answer.accepted ? 1 : 0;
     const bool wrong = answer.accepted && !(answer.scale_error <= kWrong);
     tally.wrong += wrong ? 1 : 0;
-    tally.of_static_tracks += std::count_if(
-        answer.warnings.begin(), answer.warnings.end(), [](const std::string& warning) {
-          return warning.find("point tracks are static in the image") != std::string::npos;
-        });
+    tally.of_static_tracks +=
+        anyContains(answer.warnings, "point tracks are static in the image") ? 1 : 0;
     EXPECT_FALSE(wrong) << "seed " << seed << ": off by " << answer.scale_error << " after "
                         << answer.at_s << " s";
     EXPECT_FALSE(answer.tilt_deg > 8.0) << "seed " << seed << ": " << answer.tilt_deg << " deg";
