@@ -1,22 +1,23 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""Writes the stand-in of a host: a folder of this one, or a fork of one of these with what is
-different in it.
+"""Writes the stand-in of a host: a folder of this one, or a fork of another host with what is
+different in it, and with the files of its own that the folder of its name has.
 
     forks.py NAME FOLDER    FOLDER must not exist
 """
 import os
 import shutil
 import sys
+import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 class Fork:
     """base: the host that it is a fork of.
-    folders: where its folders are in the fork, {of the base: of the fork}; "." is the root.
+    folders: where its folders and files are in the fork, {of the base: of the fork}; "." is the root.
     changes: {file of the fork: [(text of the base, text of the fork), ..]}; a text of the base has
-    to occur once."""
+    to occur once. None instead of the list: the fork does not have that file of the base."""
 
     def __init__(self, base, folders, changes):
         self.base, self.folders, self.changes = base, folders, changes
@@ -191,6 +192,41 @@ extern int lidar_reset_id;
                  "const std::string PROJECT_NAME = \"lvi_sam\";\n"),
                 ("(image, img_msg", "(image, std::vector<float>(1, lidar_reset_id), img_msg")],
         }),
+        "vins_fusion": Fork("vins_mono", {
+            "vins_estimator/src/estimator.cpp": "vins_estimator/src/estimator/estimator.cpp"
+        }, {
+            "vins_estimator/package.xml": [("<name>vins_estimator<", "<name>vins<")],
+            "vins_estimator/CMakeLists.txt": [
+                ("project(vins_estimator)", "project(vins)"),
+                ("add_executable(vins_estimator src/estimator_node.cpp src/estimator.cpp)",
+                 "add_library(vins_lib src/estimator/estimator.cpp)"),
+                ("target_link_libraries(vins_estimator ", "target_link_libraries(vins_lib "),
+                ("${CERES_LIBRARIES}) ", "${CERES_LIBRARIES})")],
+            "vins_estimator/src/node.h": [('"estimator.h"', '"estimator/estimator.h"')],
+            "vins_estimator/src/estimator.h": None,
+            "vins_estimator/src/estimator_node.cpp": None,
+            "vins_estimator/src/estimator/estimator.cpp": [
+                ('#include "estimator.h"\n', '#include "estimator.h"\n\n#include <ros/ros.h>\n'),
+                ("    clearParts();\n", """\
+    mProcess.lock();
+    accBuf = gyrBuf = std::queue<std::pair<double, Vector3d>>();
+    clearParts();
+    mProcess.unlock();
+"""),
+                ("void Estimator::solveOdometry()\n{\n    optimization();\n", """\
+void Estimator::processIMU(double t, double dt, const Vector3d &linear_acceleration, \
+const Vector3d &angular_velocity)
+{
+    ros::ignore(t, dt, linear_acceleration, angular_velocity);
+"""),
+                ("const std_msgs::Header &header", "const double header"),
+                ("if( ESTIMATE_EXTRINSIC != 2 && (header.stamp.toSec() ",
+                 "if(ESTIMATE_EXTRINSIC != 2 && (header "),
+                ("initial_timestamp = header.stamp.toSec();", "initial_timestamp = header;"),
+                ("NON_LINEAR;\n                solveOdometry()",
+                 "NON_LINEAR;\n                optimization()"),
+                ("solveOdometry()", "optimization()")],
+        }),
         "dynavins": Fork("vins_fusion", {"vins_estimator/src": "vins_estimator",
                                          "vins_estimator": "."}, {
             "package.xml": [("<name>vins<", "<name>dynaVINS<")],
@@ -211,7 +247,7 @@ extern int lidar_reset_id;
 def moved(path, folders):
     """Of a file of the base: its path in the fork. The longest folder that holds it counts."""
     for old in sorted(folders, key=len, reverse=True):
-        if path.startswith(old + "/"):
+        if path == old or path.startswith(old + "/"):
             return os.path.normpath(os.path.join(folders[old], path[len(old) + 1:]))
     return path
 
@@ -229,20 +265,26 @@ def changed(text, change, file):
 def make(name, folder):
     """Writes the stand-in `name` to `folder`, which must not exist."""
     fork = forks().get(name)
-    if fork is None:
+    if os.path.isdir(os.path.join(HERE, name)):
         shutil.copytree(os.path.join(HERE, name), folder)
+    if fork is None:
         return
     left = dict(fork.changes)
-    base = os.path.join(HERE, fork.base)
-    for root, _, files in os.walk(base):
-        for file in files:
-            path = os.path.join(root, file)
-            target = moved(os.path.relpath(path, base), fork.folders)
-            with open(path, encoding="utf-8", newline="") as source:
-                text = changed(source.read(), left.pop(target, []), target)
-            os.makedirs(os.path.dirname(os.path.join(folder, target)), exist_ok=True)
-            with open(os.path.join(folder, target), "w", encoding="utf-8", newline="") as out:
-                out.write(text)
+    with tempfile.TemporaryDirectory() as scratch:
+        base = os.path.join(scratch, fork.base)
+        make(fork.base, base)
+        for root, _, files in os.walk(base):
+            for file in files:
+                path = os.path.join(root, file)
+                target = moved(os.path.relpath(path, base), fork.folders)
+                change = left.pop(target, [])
+                if change is None:
+                    continue
+                with open(path, encoding="utf-8", newline="") as source:
+                    text = changed(source.read(), change, target)
+                os.makedirs(os.path.dirname(os.path.join(folder, target)), exist_ok=True)
+                with open(os.path.join(folder, target), "w", encoding="utf-8", newline="") as out:
+                    out.write(text)
     if left:
         raise ValueError("not in the base: %s" % ", ".join(left))
 
