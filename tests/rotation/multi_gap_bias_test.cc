@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "gyro_bias.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
@@ -17,10 +15,6 @@ using namespace baselines;  // NOLINT: what these tests compare with
 
 using Eigen::Vector3d;
 
-double relativeError(const Vector3d& estimate, const Vector3d& truth) {
-  return (estimate - truth).norm() / truth.norm();
-}
-
 TEST(MultiGapBias, BeatsDrtUnderNoise) {
   std::vector<double> ours, drt;
   for (unsigned seed = 1; seed <= 30; ++seed) {
@@ -30,10 +24,6 @@ TEST(MultiGapBias, BeatsDrtUnderNoise) {
     drt.push_back(relativeError(estimateGyroBias(*exact.window, GyroBiasProblem()).gyro_bias,
                                 options.gyro_bias));
   }
-  const auto median = [](std::vector<double> v) {
-    std::sort(v.begin(), v.end());
-    return v[v.size() / 2];
-  };
   EXPECT_LT(median(ours), 0.02);
   EXPECT_LT(median(ours), 0.7 * median(drt));
 }

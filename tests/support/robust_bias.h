@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "rotation/robust_bias.h"
 
 namespace slim_init {
@@ -20,6 +23,15 @@ inline RobustBias robustBiasOf(const InitWindow& window,
                                 {RigError(), window.calibration().sigmas});
   const RobustBias bias = estimator.quick();
   return bias.clean ? bias : estimator.thorough();
+}
+
+inline double relativeError(const Eigen::Vector3d& estimate, const Eigen::Vector3d& truth) {
+  return (estimate - truth).norm() / truth.norm();
+}
+
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
 }
 
 }  // namespace slim_init
