@@ -25,17 +25,11 @@ constexpr double kRelinearizeGyro = 5e-3;
 // scale, axes and stamps are accepted. What is worse is left to the gates.
 constexpr double kMostGyroNoise = 3.0;
 
-// A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
-double fitCorrection(double rows, double parameters) {
-  return std::sqrt(rows / std::max(rows - parameters, 0.5 * rows));
-}
-
 // The end of a descent.
 struct Descent {
   RefinedWindow reached;  // valid if the descent was
   MapResiduals residuals;
-  double gyro_noise = 1.0;  // of the rotations, as a factor on what is assumed
-  bool fits = false;        // a minimum, and it can be the correct one
+  bool fits = false;  // a minimum, and it can be the correct one
 };
 
 Descent descend(const WindowState& start, const RefinementOptions& options,
@@ -50,12 +44,14 @@ Descent descend(const WindowState& start, const RefinementOptions& options,
   out.residuals = map->residuals();
   reached.cost = summary.cost;
   reached.chi2 = summary.visual_cost / std::max(map->visualDof(), 1);
-  // One per interval, less one for the bias.
-  const double rotations = std::max(start.R_b0_bk.size() - 2.0, 1.0);
-  out.gyro_noise =
-      std::clamp(std::sqrt(summary.rotation_cost / (3.0 * rotations)), 1.0, kMostGyroNoise);
   out.fits = summary.converged && reached.chi2 <= options.suspicious_chi2;
   return out;
+}
+
+// Of the gyroscope, as a factor on what is assumed; the bias takes one of the rotations.
+double gyroNoise(const MapCost& cost, int keyframes) {
+  const double rotations = std::max(keyframes - 2.0, 1.0);
+  return std::clamp(std::sqrt(cost.rotation_cost / (3.0 * rotations)), 1.0, kMostGyroNoise);
 }
 
 // `map` is left there.
@@ -74,29 +70,14 @@ Descent lowerMinimum(const WindowState& start, const OtherStart& otherStart,
   return lower ? second : descend(first.reached.state, input.options, map);
 }
 
-// Standard deviations estimated from residuals [rad].
-struct TrackNoise {
-  double sigma_point = 0.0, sigma_line = 0.0;
-};
-
-// From the medians (docs/derivation.md, 4.9), at least `floor`; as the map has them where there are
-// few.
-TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProblem& map,
-                         double floor) {
-  TrackNoise noise = {map.sigmaPoint(), map.sigmaLine()};
-  if (static_cast<int>(residuals.points.size()) >= kFewestForSpread) {
-    const double rows = 2.0 * residuals.points.size();
-    noise.sigma_point = median(residuals.points) / kRayleighMedian *
-                        fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
-  }
-  if (static_cast<int>(residuals.lines.size()) >= kFewestForSpread) {
-    const double rows = 2.0 * residuals.lines.size();
-    noise.sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
-                       fitCorrection(rows, 4.0 * residuals.line_tracks);
-  }
-  noise.sigma_point = std::max(noise.sigma_point, floor);
-  noise.sigma_line = std::max(noise.sigma_line, floor);
-  return noise;
+// Standard deviation by the lengths of residuals [rad], of which unit Gaussians have this median
+// (docs/derivation.md, 4.9); `before` where they are few.
+double noiseOf(const std::vector<double>& residuals, double unit_median, double fitted,
+               double before) {
+  if (static_cast<int>(residuals.size()) < kFewestForSpread) return before;
+  // Fitted unknowns shrink them; half the rows are left at the least.
+  const double rows = 2.0 * residuals.size();
+  return median(residuals) / unit_median * std::sqrt(rows / std::max(rows - fitted, 0.5 * rows));
 }
 
 }  // namespace
@@ -128,25 +109,41 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.valid = false;
 
   // Noise from the residuals, then without what is beyond it.
-  const TrackNoise noise = estimateNoise(first.residuals, map, options.min_sigma_px / focal);
-  const int behind = map.reject(first.residuals, options.reject_sigmas * noise.sigma_point,
-                                options.reject_sigmas * noise.sigma_line);
+  const MapResiduals& residuals = first.residuals;
+  const double floor = options.min_sigma_px / focal;
+  const double sigma_point = std::max(noiseOf(residuals.points, kRayleighMedian,
+                                              3.0 * residuals.point_tracks + 6.0, map.sigmaPoint()),
+                                      floor);
+  const double sigma_line = std::max(
+      noiseOf(residuals.lines, kMaxOfTwoMedian, 4.0 * residuals.line_tracks, map.sigmaLine()),
+      floor);
+  const int behind = map.reject(residuals, options.reject_sigmas * sigma_point,
+                                options.reject_sigmas * sigma_line);
   out.behind_fraction = static_cast<double>(behind) / std::max(handed_in, 1);
-  map.setNoise(noise.sigma_point, noise.sigma_line);
+  map.setNoise(sigma_point, sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);
-  if (first.gyro_noise > 1.0 || std::abs(td_shift) > kRelinearizeTolerance ||
-      (out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
+  const auto integrate = [&](double gyro_noise) {
     pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, input.inertial,
-                               td_shift, first.gyro_noise);
+                               td_shift, gyro_noise);
     map.setPreintegrated(td_shift);
+  };
+  if (std::abs(td_shift) > kRelinearizeTolerance ||
+      (out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
+    integrate(1.0);
   }
-  const MapSummary summary = map.resume(options.max_iterations, options.tolerance, &out.state);
+  MapSummary summary = map.resume(options.max_iterations, options.tolerance, &out.state);
+  // At a noise of the images that is too large they would follow whatever the gyroscope says.
+  const double gyro_noise = gyroNoise(summary, window.size());
+  if (summary.valid && gyro_noise > 1.0) {
+    integrate(gyro_noise);
+    summary = map.resume(options.max_iterations, options.tolerance, &out.state);
+  }
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
   out.inertial_chi2 = summary.inertial_cost / (9.0 * (window.size() - 1));
-  out.sigma_px = noise.sigma_point * focal;
-  out.sigma_line_px = noise.sigma_line * focal;
+  out.sigma_px = sigma_point * focal;
+  out.sigma_line_px = sigma_line * focal;
   out.speeds = map.speedUse();
   out.information = map.information();
   out.visual_information = map.visualInformation();

@@ -61,8 +61,10 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
   setNoise(window.calibration().sigmaBearing(), window.calibration().sigmaLine());
   if (priors_.known) {
     Eigen::MatrixXd information;
-    whitening_valid_ = invertSymmetric(priors_.known->covariance, &information) && whitening_valid_;
-    known_information_ = information;
+    const bool valid =
+        inverseSeenBy(priors_.known->covariance, StateCovariance::Identity(), &information);
+    if (valid) known_information_ = information;
+    whitening_valid_ = whitening_valid_ && valid;
   }
   const auto add = [](const Track& track, const auto& viewOf, auto* tracks) {
     const int begin = static_cast<int>(tracks->views.size());

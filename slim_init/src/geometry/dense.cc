@@ -18,18 +18,14 @@ bool isPositiveDefinite(const DenseView& A) {
   return Eigen::LLT<Eigen::MatrixXd>(A).info() == Eigen::Success;
 }
 
-bool invertSymmetric(const DenseView& A, Eigen::MatrixXd* inverse) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(A);
-  *inverse = llt.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
-  return llt.info() == Eigen::Success;
-}
-
 bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(A);
-  if (llt.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd half = llt.matrixL().solve(J);
-  out->setZero(J.cols(), J.cols());
-  out->selfadjointView<Eigen::Lower>().rankUpdate(half.transpose());
+  // The Schur complement of A in [A, J; J^T, 0].
+  const Eigen::Index n = A.rows(), seen = J.cols();
+  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n + seen, n + seen);
+  L.topLeftCorner(n, n).triangularView<Eigen::Lower>() = A;
+  L.bottomLeftCorner(seen, n) = J.transpose();
+  if (!eliminateFirst(L, static_cast<int>(n))) return false;
+  *out = -L.bottomRightCorner(seen, seen);
   out->triangularView<Eigen::StrictlyUpper>() = out->transpose();
   return true;
 }
@@ -52,6 +48,7 @@ bool eliminateFirst(Eigen::Ref<Eigen::MatrixXd> A, int eliminated) {
       auto column = A.col(j).tail(n - j);
       if (width == kPanel) {
         const Eigen::Matrix<double, kPanel, 1> row = A.block<1, kPanel>(j, first).transpose();
+        if (row.isZero(0.0)) continue;  // states that are not coupled
         column -= A.block<Eigen::Dynamic, kPanel>(j, first, n - j, kPanel).lazyProduct(row);
       } else {
         for (int k = first; k < first + width; ++k) column -= A(j, k) * A.col(k).tail(n - j);

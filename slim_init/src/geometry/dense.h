@@ -23,10 +23,8 @@ Eigen::MatrixXd solveSymmetric(const DenseView& A, const DenseView& B);
 /// Whether the symmetric A has a Cholesky factor.
 bool isPositiveDefinite(const DenseView& A);
 
-/// A^-1 of a symmetric, positive definite A; false if it is not.
-bool invertSymmetric(const DenseView& A, Eigen::MatrixXd* inverse);
-
-/// J^T A^-1 J of a symmetric, positive definite A; false if it is not.
+/// J^T A^-1 J of a symmetric, positive definite A, of which the lower triangle is read; false if it
+/// is not.
 bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out);
 
 /// Eliminates the first `eliminated` unknowns of a symmetric matrix in place; the lower triangle is
