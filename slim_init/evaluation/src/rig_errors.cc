@@ -8,6 +8,8 @@
 
 #include "reference_so3.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/evaluation/truth.h"
+#include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/text.h"
 
 namespace slim_init::evaluation {
@@ -59,59 +61,39 @@ double medianInterval(const std::vector<ImuSample>& imu) {
   return median(std::move(intervals));
 }
 
-/// The samples as a signal that is linear between them.
-class ImuSignal {
- public:
-  /// Across a step longer than `max_step` [s] there is none.
-  ImuSignal(const std::vector<ImuSample>& imu, double max_step) : imu_(imu), max_step_(max_step) {}
+/// The end of the step between two samples in which t lies.
+std::vector<ImuSample>::const_iterator sampleAfter(const std::vector<ImuSample>& imu, double t) {
+  return std::upper_bound(imu.begin() + 1, imu.end() - 1, t,
+                          [](double time, const ImuSample& s) { return time < s.t; });
+}
 
-  /// The mean over [t - half, t + half], as a sensor with such an averaging filter gives it at t;
-  /// its value at t for half = 0. False and the end of a gap where it is not known. Calls with
-  /// ascending t.
-  bool mean(double t, double half, ImuSample* sample) {
-    while (first_ + 1 < imu_.size() && imu_[first_].t <= t - half) ++first_;
-    if (first_ == 0) ++first_;
-    *sample = ImuSample();
-    double covered = 0.0;  // [s]; of the interval, up to rounding
-    for (std::size_t after = first_; after < imu_.size(); ++after) {
-      const ImuSample &from = imu_[after - 1], &to = imu_[after];
-      sample->t = to.t;
-      if (to.t - from.t > max_step_) return false;
-      if (half == 0.0) {
-        add(from, to, t, 1.0, sample);
-        covered = 1.0;
-        break;
-      }
-      const double begin = std::max(from.t, t - half), end = std::min(to.t, t + half);
-      add(from, to, 0.5 * (begin + end), end - begin, sample);
-      covered += end - begin;
-      if (to.t >= t + half) break;
-    }
-    sample->t = t;
-    sample->gyro /= covered;
-    sample->accel /= covered;
-    return covered > 0.0;
+/// The mean over [t - half, t + half] of the samples, linear between them, as a sensor with such an
+/// averaging filter gives it at t; their value at t for half = 0. False across a step between them
+/// that is longer than `max_step` [s].
+bool meanAt(const std::vector<ImuSample>& imu, double t, double half, double max_step,
+            ImuSample* sample) {
+  if (half == 0.0) {
+    const auto after = sampleAfter(imu, t), before = after - 1;
+    *sample = host_health::between(*before, *after, t);
+    return after->t - before->t <= max_step;
   }
-
- private:
-  static void add(const ImuSample& from, const ImuSample& to, double t, double weight,
-                  ImuSample* sum) {
-    const double share = (t - from.t) / (to.t - from.t);
-    sum->gyro += weight * ((1.0 - share) * from.gyro + share * to.gyro);
-    sum->accel += weight * ((1.0 - share) * from.accel + share * to.accel);
+  // Rounding must not lead out of the recording.
+  const double begin = std::max(imu.front().t, t - half), end = std::min(imu.back().t, t + half);
+  std::vector<InertialStep> steps;
+  if (!inertialSteps(imu, begin, end, max_step, &steps)) return false;
+  sample->t = t;
+  for (const InertialStep& step : steps) {
+    sample->gyro += step.dt / (end - begin) * step.gyro;
+    sample->accel += step.dt / (end - begin) * step.accel;
   }
-
-  const std::vector<ImuSample>& imu_;
-  double max_step_;
-  std::size_t first_ = 0;
-};
+  return true;
+}
 
 /// At equal intervals, each the mean over an interval around it; across a gap of the recording
 /// there are no samples.
 std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double interval, bool averages,
                                  double max_step) {
   std::vector<ImuSample> samples;
-  ImuSignal signal(imu, max_step);
   for (std::int64_t k = 0;; ++k) {
     const double t = imu.front().t + static_cast<double>(k) * interval;
     if (t > imu.back().t) break;
@@ -119,9 +101,11 @@ std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double inter
     const double half =
         averages ? std::min({0.5 * interval, t - imu.front().t, imu.back().t - t}) : 0.0;
     ImuSample sample;
-    const bool known = signal.mean(t, std::max(0.0, half), &sample);
+    const bool known = meanAt(imu, t, half, max_step, &sample);
     if (known) samples.push_back(sample);
-    if (!known) k = std::max(k, static_cast<std::int64_t>((sample.t - imu[0].t) / interval) - 1);
+    // A gap may be one of decades.
+    const double next = sampleAfter(imu, t)->t - imu.front().t;
+    if (!known) k = std::max(k, static_cast<std::int64_t>(next / interval) - 1);
   }
   return samples;
 }
