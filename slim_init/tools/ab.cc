@@ -50,8 +50,9 @@ void setDownstream(const AbOptions& options, evaluation::ProtocolOptions* protoc
 #ifdef SLIM_INIT_HAS_BACKEND
   if (!(options.downstream_s > 0.0)) return;
   protocol->downstream = [seconds = options.downstream_s](const evaluation::Sequence& sequence,
+                                                          const Calibration& calibration,
                                                           const InitResult& answer) {
-    return backend::runDownstream(sequence, answer, seconds);
+    return backend::runDownstream(sequence, calibration, answer, seconds);
   };
 #else
   (void)options;

@@ -46,17 +46,17 @@ TEST(WindowScaleError, NeedsMotion) {
 TEST(Downstream, SaysWhyItDidNotRun) {
   const evaluation::Sequence sequence = makeSimulatedSequence({"figure-eight", 5.0});
   InitResult answer;
-  auto record = runDownstream(sequence, answer, 5.0);
+  auto record = runDownstream(sequence, sequence.calibration, answer, 5.0);
   EXPECT_FALSE(record.ran);
   EXPECT_EQ(record.message, "no states to start from");
 
   for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(truthOfFrame(sequence, 20 + 2 * k));
-  record = runDownstream(sequence, answer, 5.0);
+  record = runDownstream(sequence, sequence.calibration, answer, 5.0);
   EXPECT_FALSE(record.ran);
   EXPECT_EQ(record.message, "the data end too soon after the window");
 
   answer.states.front().t += 0.03;
-  record = runDownstream(sequence, answer, 5.0);
+  record = runDownstream(sequence, sequence.calibration, answer, 5.0);
   EXPECT_EQ(record.message, "a state of the estimate belongs to no frame of the sequence");
 }
 
@@ -73,8 +73,8 @@ TEST(Downstream, DoesNotSeeOriginAndHeading) {
     state.v_w_b = R * state.v_w_b;
     moved.states.push_back(state);
   }
-  const auto a = runDownstream(sequence, answer, 2.0);
-  const auto b = runDownstream(sequence, moved, 2.0);
+  const auto a = runDownstream(sequence, sequence.calibration, answer, 2.0);
+  const auto b = runDownstream(sequence, sequence.calibration, moved, 2.0);
   ASSERT_TRUE(a.ran && b.ran);
   EXPECT_NEAR(a.ate, b.ate, 1e-3);
   EXPECT_NEAR(a.scale_error, b.scale_error, 1e-3);

@@ -43,7 +43,7 @@ class Estimator : public ::testing::TestWithParam<std::string> {};
 TEST_P(Estimator, KeepsTheScaleForTenSeconds) {
   for (const unsigned seed : {1u, 2u}) {
     const Sequence sequence = sequenceOf(GetParam(), seed, 14.0);
-    const auto record = runDownstream(sequence, trueAnswer(sequence), 10.0);
+    const auto record = runDownstream(sequence, sequence.calibration, trueAnswer(sequence), 10.0);
     ASSERT_TRUE(record.ran) << record.message;
     EXPECT_FALSE(record.diverged) << record.message;
     EXPECT_NEAR(record.seconds, 10.0, 0.11);
@@ -55,7 +55,7 @@ TEST_P(Estimator, KeepsTheScaleForTenSeconds) {
 // A tenth of the tracks slides off: the loss has to hold them.
 TEST_P(Estimator, HoldsOutliers) {
   const Sequence sequence = makeSimulatedSequence({GetParam(), 9.0, 1, 0.1});
-  const auto record = runDownstream(sequence, trueAnswer(sequence), kSeconds);
+  const auto record = runDownstream(sequence, sequence.calibration, trueAnswer(sequence), kSeconds);
   ASSERT_TRUE(record.ran) << record.message;
   EXPECT_FALSE(record.diverged) << record.message;
   EXPECT_LT(record.ate, kAte);
@@ -77,12 +77,14 @@ TEST_P(Estimator, WrongSeedsAreNoticed) {
     return answer;
   };
   for (const auto& [tilt, speed] : {std::make_pair(M_PI / 2, 0.0), std::make_pair(0.0, 40.0)}) {
-    const auto record = runDownstream(sequence, wrongAnswer(tilt, speed), kSeconds);
+    const auto record =
+        runDownstream(sequence, sequence.calibration, wrongAnswer(tilt, speed), kSeconds);
     ASSERT_TRUE(record.ran) << record.message;
     EXPECT_TRUE(record.diverged || record.scale_error < 0.25)
         << "quietly wrong: tilt " << tilt << ", speed " << speed << ", ate " << record.ate;
   }
-  const auto record = runDownstream(sequence, wrongAnswer(M_PI, 40.0), kSeconds);
+  const auto record =
+      runDownstream(sequence, sequence.calibration, wrongAnswer(M_PI, 40.0), kSeconds);
   ASSERT_TRUE(record.ran) << record.message;
   EXPECT_TRUE(record.diverged) << "ate " << record.ate << ", scale error " << record.scale_error;
   EXPECT_FALSE(record.message.empty());
@@ -164,8 +166,8 @@ TEST(EstimatorInput, TheWindowIsBounded) {
 
 TEST(EstimatorInput, EqualInputGivesEqualStates) {
   const Sequence sequence = sequenceOf("circle", 2, 6.0);
-  const auto first = runDownstream(sequence, trueAnswer(sequence), 2.0);
-  const auto second = runDownstream(sequence, trueAnswer(sequence), 2.0);
+  const auto first = runDownstream(sequence, sequence.calibration, trueAnswer(sequence), 2.0);
+  const auto second = runDownstream(sequence, sequence.calibration, trueAnswer(sequence), 2.0);
   EXPECT_EQ(first.ate, second.ate);
   EXPECT_EQ(first.scale_error, second.scale_error);
 }

@@ -339,7 +339,7 @@ TEST_F(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
     ProtocolOptions options;
     options.threads = threads;
     options.first_keyframes = 6;
-    options.downstream = [](const Sequence&, const InitResult& answer) {
+    options.downstream = [](const Sequence&, const Calibration&, const InitResult& answer) {
       DownstreamRecord record;
       record.ran = true;
       record.ate = 0.1 * answer.states.front().t;  // tells which answer it was

@@ -362,8 +362,8 @@ TEST(RigProtocol, TheEstimatorGoesOnWithTheCalibrationOfTheAnswer) {
   options.rig.td_s = 0.05;
   options.rig.random = true;
   std::vector<double> tds;
-  options.downstream = [&](const Sequence&, const InitResult& answer) {
-    tds.push_back(answer.calibration.has_value() ? answer.calibration->td : kNotComputed);
+  options.downstream = [&](const Sequence&, const Calibration& given, const InitResult& answer) {
+    tds.push_back(answer.calibration.has_value() ? answer.calibration->td : given.td);
     return DownstreamRecord();
   };
   options.max_windows = 1;

@@ -65,8 +65,7 @@ class Feed {
 };
 
 /// What the estimator is run with: what the method found, as a host that takes it over would.
-Calibration calibrationOf(const Sequence& sequence, const InitResult& answer) {
-  Calibration calibration = sequence.calibration;
+Calibration calibrationOf(Calibration calibration, const InitResult& answer) {
   if (answer.calibration.has_value()) {
     calibration.R_b_c = answer.calibration->R_b_c;
     calibration.t_b_c = answer.calibration->t_b_c;
@@ -168,7 +167,8 @@ double windowScaleError(const std::vector<NavState>& states, const std::vector<N
   return std::abs(similarity.s - 1.0);
 }
 
-DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answer, double seconds) {
+DownstreamRecord runDownstream(const Sequence& sequence, const Calibration& given,
+                               const InitResult& answer, double seconds) {
   DownstreamRecord record;
   if (!answer.hasEstimate()) {
     record.message = "no states to start from";
@@ -179,7 +179,7 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
   const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),
                                    answer.states.end());
 
-  const Calibration calibration = calibrationOf(sequence, answer);
+  const Calibration calibration = calibrationOf(given, answer);
   const auto estimator = SlidingWindowEstimator::make(calibration);
   Feed feed(sequence, calibration.td, estimator.get());
   int frame = -1;

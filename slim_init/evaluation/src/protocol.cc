@@ -209,16 +209,6 @@ struct Trial {
   WindowRecord record;
 };
 
-/// What the estimator goes on with after a method that takes the calibration as it is.
-CalibrationEstimate toldTo(const Calibration& calibration) {
-  CalibrationEstimate estimate;
-  estimate.R_b_c = calibration.R_b_c;
-  estimate.t_b_c = calibration.t_b_c;
-  estimate.td = calibration.td;
-  estimate.readout_s = calibration.readout_s;
-  return estimate;
-}
-
 /// The first window that the solver accepts, or else the full one; and what becomes of it.
 MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Sequence& sequence,
                        const ProtocolOptions& options) {
@@ -229,10 +219,9 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
     record = runSolver(solver, *window, sequence, &answers);
     if (record.accepted()) break;
   }
-  if (!options.downstream || !record.accepted()) return record;
-  InitResult answer = record.answer;
-  if (!answer.calibration.has_value()) answer.calibration = toldTo(trial.calibration);
-  record.downstream = options.downstream(sequence, answer);
+  if (options.downstream && record.accepted()) {
+    record.downstream = options.downstream(sequence, trial.calibration, record.answer);
+  }
   return record;
 }
 

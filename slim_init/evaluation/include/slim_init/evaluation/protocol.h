@@ -27,10 +27,10 @@ struct DownstreamRecord {
   double scale_error = kNotComputed;  ///< |s - 1| of the last window
 };
 
-/// Starts an estimator from an estimate and the keyframes it belongs to. Called once per method and
-/// window; has no memory.
-using DownstreamRunner =
-    std::function<DownstreamRecord(const Sequence& sequence, const InitResult& answer)>;
+/// Starts an estimator from an estimate and the keyframes it belongs to; `calibration` is what the
+/// method was given. Called once per method and window; has no memory.
+using DownstreamRunner = std::function<DownstreamRecord(
+    const Sequence& sequence, const Calibration& calibration, const InitResult& answer)>;
 
 /// Largest ProtocolOptions::threads.
 inline constexpr int kMaxThreads = 256;
