@@ -76,7 +76,7 @@ void TestHost::seed(HostStep* step) {
 }
 
 void TestHost::watch(HostStep* step) {
-  const Calibration calibration = adapter_->calibration();
+  const Calibration calibration = adapter_->info().calibration;
   std::vector<HostState> window;
   for (const NavState& state : estimator_->states()) {
     window.push_back(toHostState(state, calibration.td));
@@ -110,7 +110,7 @@ bool TestHost::fillWindow(const HostResult& answer, HostStep* step) {
   if (!answer.success()) return false;
   std::vector<NavState> states;
   for (const HostState& state : answer.window.states) {
-    states.push_back(vins_adapter::fromHostState(state, adapter_->calibration().td));
+    states.push_back(vins_adapter::fromHostState(state, adapter_->info().calibration.td));
   }
   leaveOutDamage();
   const FrameReport report = estimator_->seed(states);
@@ -126,7 +126,7 @@ void TestHost::leaveOutDamage() {
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     if (!intervals[i].damaged) continue;
     std::vector<ImuSample> samples(intervals[i].dt.size());
-    double t = adapter_->calibration().imuTime(stamps[i]);
+    double t = adapter_->info().calibration.imuTime(stamps[i]);
     for (std::size_t k = 0; k < samples.size(); ++k) {
       samples[k].t = t += intervals[i].dt[k];
       samples[k].accel = intervals[i].accel[k];
@@ -154,7 +154,7 @@ void TestHost::remember() {
   const std::vector<NavState> states = estimator_->states();
   const std::size_t first = healthy_.empty() ? 0 : states.size() - 1;
   for (std::size_t i = first; i < states.size(); ++i) {
-    healthy_.push_back(toHostState(states[i], adapter_->calibration().td));
+    healthy_.push_back(toHostState(states[i], adapter_->info().calibration.td));
   }
   while (healthy_.front().stamp < healthy_.back().stamp - kHealthyKept) {
     healthy_.erase(healthy_.begin());

@@ -40,7 +40,7 @@ class TestHost {
   HostStep addFrame(const FrameObservation& frame);
 
   /// What the initializer dropped; the estimator gets it all, as VINS-Mono's would.
-  StreamCounts counts() const { return adapter_->counts(); }
+  StreamCounts counts() const { return adapter_->info().counts; }
 
   /// For tests that make it fail.
   SlidingWindowEstimator& estimator() const { return *estimator_; }

@@ -192,7 +192,7 @@ TEST_F(BackgroundSolve, ARestartOfTheStreamsForgetsTheSolveThatRuns) {
   ASSERT_TRUE(adapter_->seed(stamps(30)).pending);
   next_ = 0;
   feed(0, 30);
-  ASSERT_EQ(adapter_->counts().restarts(), 1);
+  ASSERT_EQ(adapter_->info().counts.restarts(), 1);
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   EXPECT_TRUE(adapter_->seed(stamps(30)).pending);
 }
@@ -214,7 +214,7 @@ TEST_F(BackgroundSolve, StreamsGoOnWhileSolvesRun) {
   std::thread lines([&] {
     while (!stop) {
       adapter_->addLines(exact_.keyframes[5].t, {});
-      adapter_->counts();
+      adapter_->info();
       adapter_->setTd(0.0);
     }
   });

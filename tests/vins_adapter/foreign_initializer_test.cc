@@ -29,8 +29,8 @@ class ForeignInitializer : public FedAdapter {
 };
 
 TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
-  EXPECT_EQ(adapter_->method(), "oracle");
-  EXPECT_EQ(adapter_->maxWindowSpan(), 0.7);
+  EXPECT_EQ(adapter_->info().method, "oracle");
+  EXPECT_EQ(adapter_->info().window_span_s, 0.7);
   feed(0, 6);
   HostResult answer = adapter_->seed(stamps(6));
   EXPECT_FALSE(answer.success());
@@ -90,17 +90,17 @@ TEST_F(ForeignInitializer, HealthyStatesArePropagatedOverTheDamageThatFollows) {
 
 TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   feed(0, 20);
-  EXPECT_EQ(adapter_->counts().frames.added(), 21);
+  EXPECT_EQ(adapter_->info().counts.frames.added(), 21);
   EXPECT_EQ(
       adapter_->addImu(exact_.imu[next_].t, Eigen::Vector3d(400, 0, 0), Eigen::Vector3d::Zero()),
       AddStatus::kGlitch);
   EXPECT_EQ(adapter_->addLines(exact_.keyframes[20].t, exact_.keyframes[20].lines),
             AddStatus::kNotSupported);
   adapter_->setTd(0.25);
-  EXPECT_EQ(adapter_->calibration().td, 0.25);
+  EXPECT_EQ(adapter_->info().calibration.td, 0.25);
   next_ = 0;
   feed(0, 0);
-  EXPECT_EQ(adapter_->counts().restarts(), 1);
+  EXPECT_EQ(adapter_->info().counts.restarts(), 1);
   EXPECT_FALSE(adapter_->seed(stamps(20)).success());
 }
 

@@ -176,7 +176,7 @@ TEST_F(HostAdapterTest, TimeOffset) {
     ASSERT_TRUE(answer.success()) << answer.message;
     EXPECT_EQ(answer.window.states[4].stamp, requested[4]);
     expectTruth(answer, exact_.truth, 33 - kHostFrames + 1, true, 2e-3);
-    EXPECT_EQ(adapter_->calibration().td, td);
+    EXPECT_EQ(adapter_->info().calibration.td, td);
   }
 }
 
@@ -338,14 +338,14 @@ TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   // A little late: one message out of order.
   EXPECT_EQ(adapter_->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
             AddStatus::kOutOfOrder);
-  EXPECT_EQ(adapter_->counts().imu[AddStatus::kOutOfOrder], 1);
-  EXPECT_EQ(adapter_->counts().restarts(), 0);
+  EXPECT_EQ(adapter_->info().counts.imu[AddStatus::kOutOfOrder], 1);
+  EXPECT_EQ(adapter_->info().counts.restarts(), 0);
   // A bag played again: its first sample may be a stray one, the second confirms it.
   EXPECT_EQ(adapter_->addImu(late.t, late.accel, late.gyro), AddStatus::kStray);
   EXPECT_TRUE(adapter_->seed(stamps(30)).success());
   const ImuSample next = exact_.imu[11];
   EXPECT_EQ(adapter_->addImu(next.t, next.accel, next.gyro), AddStatus::kRestarted);
-  EXPECT_EQ(adapter_->counts().restarts(), 1);
+  EXPECT_EQ(adapter_->info().counts.restarts(), 1);
   EXPECT_EQ(adapter_->seed(stamps(30)).result.status, InitStatus::kTooFewKeyframes);
   next_ = 12;
   feed(1, 31);
@@ -399,7 +399,7 @@ TEST_F(HostAdapterTest, LinesFromAnotherThread) {
     if (k >= 20) adapter_->seed(stamps(k));
   }
   lines.join();
-  EXPECT_EQ(adapter_->counts().lines[AddStatus::kAdded], 31);
+  EXPECT_EQ(adapter_->info().counts.lines[AddStatus::kAdded], 31);
   EXPECT_TRUE(adapter_->seed(stamps(30)).success());
 }
 

@@ -105,11 +105,11 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
             AddStatus::kAdded);
   EXPECT_EQ(adapter->addImu(1.1, Eigen::Vector3d(301.0, 0, 0), Eigen::Vector3d::Zero()),
             AddStatus::kGlitch);
-  EXPECT_EQ(adapter->method(), "slim");
+  EXPECT_EQ(adapter->info().method, "slim");
   // Keys in the file win; the rest are the defaults of everything else.
-  EXPECT_EQ(adapter->maxWindowSpan(), 2.0);
+  EXPECT_EQ(adapter->info().window_span_s, 2.0);
   // acc_n and gyr_n are in the file and are not densities; both densities are, so no note.
-  EXPECT_EQ(adapter->calibration().imu_noise.accel_density, 2.0e-3);
+  EXPECT_EQ(adapter->info().calibration.imu_noise.accel_density, 2.0e-3);
   EXPECT_TRUE(file_.notes.empty()) << file_.notes.front();
 }
 
@@ -141,7 +141,7 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   const auto adapter = opened(text);
   ASSERT_NE(adapter, nullptr);
   EXPECT_EQ(file_.mode, HostMode::kShadow);
-  const Calibration calibration = adapter->calibration();
+  const Calibration calibration = adapter->info().calibration;
   EXPECT_EQ(calibration.t_b_c, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_NEAR(calibration.R_b_c(1, 0), 1.0, 1e-12);
   EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
@@ -151,7 +151,7 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
       "image_topic: \"/stale\"\n";
   const auto by_matrix = opened(text + stale);
   ASSERT_NE(by_matrix, nullptr) << error_;
-  EXPECT_NEAR(by_matrix->calibration().R_b_c(1, 0), 1.0, 1e-12);
+  EXPECT_NEAR(by_matrix->info().calibration.R_b_c(1, 0), 1.0, 1e-12);
   ASSERT_EQ(file_.notes.size(), 3u) << "and the noise densities";
   expectParts(file_.notes[0], "extrinsicRotation is ignored");
 
@@ -159,7 +159,7 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   full_name.replace(text.find("cam0.yaml"), 9, folder_.file("cam0.yaml"));
   const auto by_full_name = opened(full_name);
   ASSERT_NE(by_full_name, nullptr) << error_;
-  EXPECT_NEAR(by_full_name->calibration().focal_px, 457.5, 0.1);
+  EXPECT_NEAR(by_full_name->info().calibration.focal_px, 457.5, 0.1);
   EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
   EXPECT_TRUE(file_.rig.has_rotation);
 
@@ -214,8 +214,8 @@ TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
   EXPECT_TRUE(adapter->options().estimate_extrinsic);
   EXPECT_FALSE(file_.rig.has_rotation);
   EXPECT_FALSE(file_.rig.extrinsic_in_one_matrix);
-  EXPECT_EQ(adapter->calibration().sigmas.td_s, 0.03);
-  EXPECT_EQ(adapter->calibration().sigmas.rotation_deg, 180.0);
+  EXPECT_EQ(adapter->info().calibration.sigmas.td_s, 0.03);
+  EXPECT_EQ(adapter->info().calibration.sigmas.rotation_deg, 180.0);
   ASSERT_EQ(file_.notes.size(), 1u);
   expectParts(file_.notes[0], "two axes");
 }

@@ -174,7 +174,7 @@ TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {
     for (const Eigen::Vector3d& accel : interval.accel) EXPECT_LT(accel.norm(), 60.0);
     EXPECT_EQ(interval.sigma_v > 0.0, interval.damaged);
   }
-  EXPECT_GT(adapter_->counts().imu[AddStatus::kGlitch], 0);
+  EXPECT_GT(adapter_->info().counts.imu[AddStatus::kGlitch], 0);
   EXPECT_NEAR(adapter_->lastDamage().second, exact_.keyframes[30].t + 0.045, 0.01);
 }
 

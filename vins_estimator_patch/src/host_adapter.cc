@@ -1045,23 +1045,11 @@ std::pair<double, double> HostAdapter::lastDamage() const {
 
 HostOptions HostAdapter::options() const { return state_->options; }
 
-StreamCounts HostAdapter::counts() const {
+InitializerInfo HostAdapter::info() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  StreamCounts counts = state_->initializer->info().counts;
-  counts.imu[AddStatus::kGlitch] += state_->screen.discarded();
-  return counts;
-}
-
-Calibration HostAdapter::calibration() const {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->calibration();
-}
-
-std::string HostAdapter::method() const { return state_->initializer->info().method; }
-
-double HostAdapter::maxWindowSpan() const {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->info().window_span_s;
+  InitializerInfo info = state_->initializer->info();
+  info.counts.imu[AddStatus::kGlitch] += state_->screen.discarded();
+  return info;
 }
 
 }  // namespace slim_init::vins_adapter

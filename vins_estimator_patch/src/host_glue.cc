@@ -279,7 +279,7 @@ struct HostGlue::State {
 
   // Once, before the first attempt: after it the host may have been seeded already.
   void reportMissingLines() {
-    if (std::exchange(lines_reported, true) || adapter->counts().lines[AddStatus::kAdded] > 0)
+    if (std::exchange(lines_reported, true) || adapter->info().counts.lines[AddStatus::kAdded] > 0)
       return;
     report(ReportLevel::kWarn, "no line features received; using points only");
   }
@@ -312,7 +312,7 @@ struct HostGlue::State {
     GlueWindow window;
     static_cast<HostWindow&>(window) = answer.window;
     window.intervals = adapter->imuIntervals(stamps);
-    const Calibration host = adapter->calibration();
+    const Calibration host = adapter->info().calibration;
     const HostOptions options = adapter->options();
     const OptionalCalibration& found = answer.result.calibration;
     window.ric = found && options.estimate_extrinsic ? found->R_b_c : host.R_b_c;
@@ -345,7 +345,7 @@ struct HostGlue::State {
   }
   // Everything that the host has handed over and that is used for nothing.
   void reportDropped(double stamp) {
-    const StreamCounts counts = adapter->counts();
+    const StreamCounts counts = adapter->info().counts;
     const std::string list = droppedSince(counts_reported, counts);
     if (list.empty() || !drop_reports.isDue(stamp, kRepeatReport)) return;
     counts_reported = counts;
@@ -396,7 +396,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
   state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
                                        ", reinit: " + (state.file.reinit ? "1" : "0") +
                                        ", watchdog: " + (state.file.watchdog ? "1" : "0") +
-                                       ", method " + state.adapter->method());
+                                       ", method " + state.adapter->info().method);
   state.openCsv();
   state.advice = CalibrationAdvice(state.file.rig);
   state.active = true;
@@ -499,7 +499,7 @@ bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* wind
   if (state.reportAnswer(action, answer)) state.record(action, answer, nullptr);
   if (!answer.success()) {
     // At rest the host keeps its oldest frames, which no window of ours will ever reach.
-    *drop_oldest = stamps.back() - stamps.front() > state.adapter->maxWindowSpan();
+    *drop_oldest = stamps.back() - stamps.front() > state.adapter->info().window_span_s;
     return false;
   }
   *window = state.windowOf(answer, stamps);

@@ -196,10 +196,7 @@ class HostAdapter {
   std::pair<double, double> lastDamage() const;
 
   HostOptions options() const;
-  StreamCounts counts() const;      ///< the initializer's
-  Calibration calibration() const;  ///< td as last set
-  std::string method() const;
-  double maxWindowSpan() const;  ///< InitializerInfo::window_span_s
+  InitializerInfo info() const;  ///< the initializer's, with what the adapter has discarded before
 
  private:
   struct State;
