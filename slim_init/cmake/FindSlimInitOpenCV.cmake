@@ -7,15 +7,15 @@
 # Sets SlimInitOpenCV_FOUND and SlimInitOpenCV_VERSION. SLIM_INIT_OPENCV_ROOT names a prefix.
 
 set(_sio_components ${SlimInitOpenCV_FIND_COMPONENTS})
-if(NOT _sio_components)
-  set(_sio_components core imgproc calib3d)
-endif()
 
 find_package(OpenCV QUIET CONFIG COMPONENTS ${_sio_components})
 if(OpenCV_FOUND)
   set(_sio_include_dirs ${OpenCV_INCLUDE_DIRS})
   set(_sio_libraries ${OpenCV_LIBS})
   set(SlimInitOpenCV_VERSION ${OpenCV_VERSION})
+  foreach(_sio_component IN LISTS _sio_components)
+    set(SlimInitOpenCV_${_sio_component}_FOUND TRUE)
+  endforeach()
 else()
   find_path(SlimInitOpenCV_INCLUDE_DIR opencv2/core/version.hpp HINTS ${SLIM_INIT_OPENCV_ROOT}
             PATH_SUFFIXES include/opencv4 opencv4 include)
@@ -39,11 +39,6 @@ else()
     string(REGEX REPLACE "[^0-9]+([0-9]+)[^0-9]+([0-9]+)[^0-9]+([0-9]+).*" "\\1.\\2.\\3"
                          SlimInitOpenCV_VERSION "${_sio_lines}")
   endif()
-endif()
-if(OpenCV_FOUND)
-  foreach(_sio_component IN LISTS _sio_components)
-    set(SlimInitOpenCV_${_sio_component}_FOUND TRUE)
-  endforeach()
 endif()
 
 include(FindPackageHandleStandardArgs)

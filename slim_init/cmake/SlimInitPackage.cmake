@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 # catkin takes the version from package.xml, everybody else from project().
 file(STRINGS ${PROJECT_SOURCE_DIR}/package.xml _slim_init_version REGEX "<version>")
 if(NOT _slim_init_version MATCHES "<version>${PROJECT_VERSION}</version>")
-  message(FATAL_ERROR "package.xml and CMakeLists.txt disagree on the version: "
+  message(FATAL_ERROR "package.xml and version.h disagree on the version: "
                       "${_slim_init_version}, ${PROJECT_VERSION}")
 endif()
 

@@ -8,16 +8,6 @@ endif()
 # What is installed belongs to the package slim-init unless a folder or command says `ros`.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME core)
 
-# version.h is what consumers see of the version; it has to be the project's.
-file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/../include/slim_init/version.h _version_lines
-     REGEX "^#define SLIM_INIT_VERSION_(MAJOR|MINOR|PATCH) |kVersion = ")
-string(REGEX MATCHALL "[0-9]+(\\.[0-9]+)*" _version_numbers "${_version_lines}")
-set(_version_expected ${PROJECT_VERSION_MAJOR} ${PROJECT_VERSION_MINOR} ${PROJECT_VERSION_PATCH}
-                      ${PROJECT_VERSION})
-if(NOT "${_version_numbers}" STREQUAL "${_version_expected}")
-  message(FATAL_ERROR "slim_init/include/slim_init/version.h says ${_version_numbers}, the project "
-                      "${_version_expected}: change both")
-endif()
 # Before 1.0 a minor version may break the binary interface, afterwards a major one.
 if(PROJECT_VERSION_MAJOR EQUAL 0)
   set(SLIM_INIT_SOVERSION 0.${PROJECT_VERSION_MINOR})

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The version of the headers. CMake refuses to configure where it differs from that of the project.
+// The version of the headers and, as CMake reads it from here, of the project.
 // Before 1.0 every minor version may change the interface and has a shared-library version
 // (SOVERSION 0.<minor>) of its own.
 #pragma once
