@@ -15,7 +15,7 @@
 namespace slim_init::baselines {
 namespace {
 
-// Parameter blocks of a keyframe: pose [theta, p] with R_w_b = R_start Exp(theta), and
+// Parameter blocks of a keyframe: pose [p, theta] with R_w_b = R_start Exp(theta), and
 // motion [v, b_g, b_a]. All keyframes lie in one vector: Ceres orders blocks by their address, and
 // equal input has to give equal bytes.
 struct KeyframeBlocks {
@@ -40,7 +40,7 @@ class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
 
   bool Evaluate(double const* const* parameters, double* residual,
                 double** jacobians) const override {
-    const ConstMap3 theta(parameters[0]), p(parameters[0] + 3), point(parameters[1]);
+    const ConstMap3 p(parameters[0]), theta(parameters[0] + 3), point(parameters[1]);
     const Eigen::Matrix3d R_b_w = (R_start_ * expSO3(theta)).transpose();
     const Eigen::Vector3d x_b = R_b_w * (point - p);
     const Eigen::Vector3d x_c = R_c_b_ * (x_b - t_b_c_);
@@ -54,8 +54,8 @@ class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
     J_x *= R_c_b_;
     if (jacobians[0] != nullptr) {
       Eigen::Map<RowMajor<2, 6>> J(jacobians[0]);
-      J.leftCols<3>() = J_x * skew(x_b) * rightJacobian(theta);
-      J.rightCols<3>() = -J_x * R_b_w;
+      J.leftCols<3>() = -J_x * R_b_w;
+      J.rightCols<3>() = J_x * skew(x_b) * rightJacobian(theta);
     }
     if (jacobians[1] != nullptr) {
       Eigen::Map<RowMajor<2, 3>> J(jacobians[1]);
@@ -78,10 +78,10 @@ void addFirstPrior(const NavState& start, const OpenVinsOptions& options, Keyfra
   // The release's standard deviation of what only fixes the gauge [rad], [m].
   constexpr double kGauge = 1.0 / 1e-5;
   ceres::Matrix of_pose = ceres::Matrix::Zero(4, 6);
-  of_pose.topLeftCorner<1, 3>() = kGauge * start.R_w_b.row(2);
-  of_pose.bottomRightCorner<3, 3>().diagonal().setConstant(kGauge);
+  of_pose.topLeftCorner<3, 3>().diagonal().setConstant(kGauge);
+  of_pose.bottomRightCorner<1, 3>() = kGauge * start.R_w_b.row(2);
   ceres::Vector pose(6);
-  pose << Eigen::Vector3d::Zero(), start.p_w_b;
+  pose << start.p_w_b, Eigen::Vector3d::Zero();
   problem->AddResidualBlock(new ceres::NormalPrior(of_pose, pose), nullptr, first->pose.data());
   ceres::Matrix of_motion = ceres::Matrix::Zero(6, 9);
   of_motion.block<3, 3>(0, 3).diagonal().setConstant(1.0 / options.gyro_bias_prior);
@@ -104,8 +104,8 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
   auto* ordering = new ceres::ParameterBlockOrdering;
   for (std::size_t k = 0; k < n; ++k) {
     const NavState& state = (*states)[k];
-    Eigen::Map<Eigen::Matrix<double, 6, 1>>(blocks[k].pose.data()) << Eigen::Vector3d::Zero(),
-        state.p_w_b;
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>(blocks[k].pose.data()) << state.p_w_b,
+        Eigen::Vector3d::Zero();
     Eigen::Map<Eigen::Matrix<double, 9, 1>>(blocks[k].motion.data()) << state.v_w_b,
         state.gyro_bias, state.accel_bias;
     ordering->AddElementToGroup(blocks[k].pose.data(), 1);
@@ -113,9 +113,9 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
   }
   addFirstPrior(states->front(), options, &blocks[0], &problem);
   for (std::size_t i = 0; i + 1 < n; ++i) {
-    std::unique_ptr<InertialCost> cost = InertialCost::create(
-        pre[i], (*states)[i].R_w_b, (*states)[i + 1].R_w_b, gravity_w, options.gyro_walk,
-        options.accel_walk, InertialCost::PoseOrder::kThetaFirst);
+    std::unique_ptr<InertialCost> cost =
+        InertialCost::create(pre[i], (*states)[i].R_w_b, (*states)[i + 1].R_w_b, gravity_w,
+                             options.gyro_walk, options.accel_walk);
     if (cost == nullptr) {
       delete ordering;
       return out;
@@ -155,8 +155,8 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
 
   for (std::size_t k = 0; k < n; ++k) {
     NavState& state = (*states)[k];
-    state.R_w_b *= expSO3(ConstMap3(blocks[k].pose.data()));
-    state.p_w_b = ConstMap3(blocks[k].pose.data() + 3);
+    state.R_w_b *= expSO3(ConstMap3(blocks[k].pose.data() + 3));
+    state.p_w_b = ConstMap3(blocks[k].pose.data());
     state.v_w_b = ConstMap3(blocks[k].motion.data());
     state.gyro_bias = ConstMap3(blocks[k].motion.data() + 3);
     state.accel_bias = ConstMap3(blocks[k].motion.data() + 6);

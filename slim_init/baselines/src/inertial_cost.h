@@ -19,23 +19,19 @@
 namespace slim_init {
 
 /// Whitened residual [rotation, velocity, position, b_g walk, b_a walk] over the blocks pose and
-/// motion of keyframe i, pose and motion of keyframe j. Pose: position and theta, in the order of
-/// PoseOrder, R_w_b = R_ref Exp(theta); motion: v_w_b, b_g, b_a. Biases of keyframe i enter the
-/// preintegration to first order.
+/// motion of keyframe i, pose and motion of keyframe j. Pose: p_w_b, theta with
+/// R_w_b = R_ref Exp(theta); motion: v_w_b, b_g, b_a. Biases of keyframe i enter the preintegration
+/// to first order.
 class InertialCost : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
  public:
-  /// What a pose block begins with.
-  enum class PoseOrder { kThetaFirst, kPositionFirst };
-
   /// `pre` with covariance; it outlives the cost. `gravity_w` [m/s^2]; walks of the biases
   /// [rad/s^2/sqrt(Hz)] and [m/s^3/sqrt(Hz)]. Null where the covariance is not positive definite.
   static std::unique_ptr<InertialCost> create(const Preintegration& pre,
                                               const Eigen::Matrix3d& R_ref_i,
                                               const Eigen::Matrix3d& R_ref_j,
                                               const Eigen::Vector3d& gravity_w, double gyro_walk,
-                                              double accel_walk,
-                                              PoseOrder order = PoseOrder::kPositionFirst) {
-    std::unique_ptr<InertialCost> cost(new InertialCost(pre, R_ref_i, R_ref_j, gravity_w, order));
+                                              double accel_walk) {
+    std::unique_ptr<InertialCost> cost(new InertialCost(pre, R_ref_i, R_ref_j, gravity_w));
     if (!inertialWhitening(pre, &cost->whitening_)) return nullptr;
     cost->gyro_walk_ = 1.0 / (gyro_walk * std::sqrt(pre.dt));
     cost->accel_walk_ = 1.0 / (accel_walk * std::sqrt(pre.dt));
@@ -49,8 +45,8 @@ class InertialCost : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
     state.p_b0.resize(3, 2);
     state.v_b0.resize(3, 2);
     for (int k = 0; k < 2; ++k) {
-      state.R_b0_bk.push_back(R_ref_[k] * expSO3(ConstMap3(parameters[2 * k] + theta_)));
-      state.p_b0.col(k) = ConstMap3(parameters[2 * k] + position_);
+      state.R_b0_bk.push_back(R_ref_[k] * expSO3(ConstMap3(parameters[2 * k] + 3)));
+      state.p_b0.col(k) = ConstMap3(parameters[2 * k]);
       state.v_b0.col(k) = ConstMap3(parameters[2 * k + 1]);
     }
     state.gyro_bias = ConstMap3(parameters[1] + 3);
@@ -69,9 +65,9 @@ class InertialCost : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
       if (jacobians[2 * k] != nullptr) {
         Eigen::Map<Eigen::Matrix<double, 15, 6, Eigen::RowMajor>> J(jacobians[2 * k]);
         J.setZero();
-        J.block<9, 3>(0, theta_) = factor.J.middleCols<3>(6 * k);
-        J.block<9, 3>(0, position_) = factor.J.middleCols<3>(6 * k + 3);
-        J.middleCols<3>(theta_) *= rightJacobian(ConstMap3(parameters[2 * k] + theta_));
+        J.topLeftCorner<9, 3>() = factor.J.middleCols<3>(6 * k + 3);
+        J.topRightCorner<9, 3>() = factor.J.middleCols<3>(6 * k);
+        J.rightCols<3>() *= rightJacobian(ConstMap3(parameters[2 * k] + 3));
       }
       if (jacobians[2 * k + 1] != nullptr) {
         Eigen::Map<Eigen::Matrix<double, 15, 9, Eigen::RowMajor>> J(jacobians[2 * k + 1]);
@@ -88,17 +84,12 @@ class InertialCost : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
 
  private:
   InertialCost(const Preintegration& pre, const Eigen::Matrix3d& R_ref_i,
-               const Eigen::Matrix3d& R_ref_j, const Eigen::Vector3d& gravity_w, PoseOrder order)
-      : pre_(pre),
-        R_ref_{R_ref_i, R_ref_j},
-        gravity_w_(gravity_w),
-        theta_(order == PoseOrder::kThetaFirst ? 0 : 3),
-        position_(3 - theta_) {}
+               const Eigen::Matrix3d& R_ref_j, const Eigen::Vector3d& gravity_w)
+      : pre_(pre), R_ref_{R_ref_i, R_ref_j}, gravity_w_(gravity_w) {}
 
   const Preintegration& pre_;
   Eigen::Matrix3d R_ref_[2];
   Eigen::Vector3d gravity_w_;
-  int theta_, position_;  // where they begin in a pose block
   Eigen::Matrix<double, 9, 9> whitening_;
   double gyro_walk_ = 0.0, accel_walk_ = 0.0;
 };
