@@ -110,10 +110,11 @@ bool refine(const InitWindow& window, std::vector<Preintegration> pre,
   return true;
 }
 
-// States as the result has them: first body at the origin with zero yaw.
-void setResult(const InitWindow& window, const std::vector<NavState>& states, InitResult* result) {
+// States as the result has them: first body at the origin with zero yaw. `in_b0`: the same.
+void setResult(const InitWindow& window, const std::vector<NavState>& states,
+               const WindowState& in_b0, InitResult* result) {
   // The newest biases are what the release hands on.
-  setWorldStates(window, windowStateOf(states, window.calibration().gravity_magnitude), result);
+  setWorldStates(window, in_b0, result);
   for (std::size_t k = 0; k < states.size(); ++k) {
     result->states[k].gyro_bias = states[k].gyro_bias;
     result->states[k].accel_bias = states[k].accel_bias;
@@ -176,13 +177,9 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
          &result);
     return result;
   }
-  setResult(window, states, &result);
-
-  std::vector<Eigen::Matrix3d> R_refined;
-  for (const NavState& state : result.states) {
-    R_refined.push_back(result.states.front().R_w_b.transpose() * state.R_w_b);
-  }
-  const MotionMeasures measured = measureMotion(window, pre, R_refined);
+  const WindowState refined = windowStateOf(states, calibration.gravity_magnitude);
+  setResult(window, states, refined, &result);
+  const MotionMeasures measured = measureMotion(window, pre, refined.R_b0_bk);
   result.gates = motionGates(measured, options.gates);
   decide(options.gates.mode == GateMode::kOn, &result);
   keepObservable(measured.mean_force, calibration.gravity_magnitude, &result);
