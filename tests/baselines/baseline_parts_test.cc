@@ -15,14 +15,6 @@
 namespace slim_init::baselines {
 namespace {
 
-std::vector<Eigen::Matrix3d> cameraRotationsOf(const ExactWindow& exact) {
-  const WindowState truth = trueState(exact);
-  const Eigen::Matrix3d& R_b_c = exact.calibration.R_b_c;
-  std::vector<Eigen::Matrix3d> rotations;
-  for (const Eigen::Matrix3d& R : truth.R_b0_bk) rotations.push_back(R_b_c.transpose() * R * R_b_c);
-  return rotations;
-}
-
 Eigen::Matrix3Xd cameraCentresOf(const ExactWindow& exact) {
   const Calibration& calibration = exact.calibration;
   return calibration.R_b_c.transpose() * (trueCentres(exact).colwise() - calibration.t_b_c);
@@ -35,7 +27,7 @@ TEST(StructureFromMotion, RecoversCamerasUpToScale) {
     ASSERT_TRUE(sfm.valid()) << "seed " << seed << ": " << sfm.message;
     EXPECT_GT(sfm.points, 50);
     EXPECT_LT(sfm.rms_px, 1e-3);
-    const std::vector<Eigen::Matrix3d> rotations = cameraRotationsOf(exact);
+    const std::vector<Eigen::Matrix3d> rotations = trueCameraRotations(exact);
     const Eigen::Matrix3Xd centres = cameraCentresOf(exact);
     const double scale = centres.norm() / sfm.centres_c0.norm();
     EXPECT_LT((scale * sfm.centres_c0 - centres).norm(), 1e-5 * centres.norm());

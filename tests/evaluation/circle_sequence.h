@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 

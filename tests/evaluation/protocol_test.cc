@@ -12,6 +12,7 @@
 
 #include "evaluation/circle_sequence.h"
 #include "slim_init/evaluation/report.h"
+#include "support/exact_window.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -105,11 +106,7 @@ TEST_F(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {
 
 TEST_F(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
   Sequence sequence = makeCircleSequence(12.0);
-  std::vector<ImuSample> imu;
-  for (const ImuSample& sample : sequence.imu) {
-    if (sample.t < 5.01 || sample.t > 5.2) imu.push_back(sample);
-  }
-  sequence.imu = imu;
+  sequence.imu = withGap(sequence.imu, 5.01, 5.2);
   ProtocolResult result = runProtocol(sequence, {&solver_});
   EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
   std::set<double> starts;
@@ -146,11 +143,7 @@ TEST_F(Protocol, ImuGlitchesAreDroppedAndCounted) {
 
 TEST_F(Protocol, LongFrameGapInterrupts) {
   Sequence sequence = makeCircleSequence(16.0);
-  std::vector<FrameObservation> frames;
-  for (const FrameObservation& frame : sequence.frames) {
-    if (frame.t <= 3.0 || frame.t >= 8.0) frames.push_back(frame);
-  }
-  sequence.frames = frames;
+  sequence.frames = withGap(sequence.frames, 3.0, 8.0);
   ProtocolResult result = runProtocol(sequence, {&solver_});
   EXPECT_GT(result.counts.interrupted, 0);
   EXPECT_GT(result.counts.windows, 8);

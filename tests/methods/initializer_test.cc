@@ -97,10 +97,7 @@ TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImuButNotAcr
   const ExactWindow exact = makeExactWindow(longer);
   const auto recoverWithGap = [&](double gap_s) {
     ExactWindow with_gap = exact;
-    with_gap.imu.clear();
-    for (const ImuSample& sample : exact.imu) {
-      if (sample.t <= 0.6 || sample.t >= 0.6 + gap_s) with_gap.imu.push_back(sample);
-    }
+    with_gap.imu = withGap(exact.imu, 0.6, 0.6 + gap_s);
     auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
     feed(*initializer, with_gap);
     return initializer->initialize({{healthyPrior(exact.truth[2])}, {}});
@@ -129,33 +126,14 @@ TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
   EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
 }
 
-/// Sure of a path that is bent, times `scale`.
-InitResult bentPath(const InitWindow& window, double scale) {
-  InitResult result;
-  result.status = InitStatus::kSuccess;
-  result.message = "all gates passed";
-  result.gravity_w = result.gravity_b0 = Vector3d(0.0, 0.0, -9.81);
-  result.scale_sigma = 0.05;
-  for (const double t : window.times()) {
-    NavState state;
-    state.t = t;
-    state.p_w_b = scale * Vector3d(t, 0.3 * t * t, 0.0);
-    state.v_w_b = scale * Vector3d(1.0, 0.6 * t, 0.0);
-    result.states.push_back(state);
-  }
-  GateValue gate;
-  gate.passed = gate.enforced = true;
-  result.gates = {gate};
-  return result;
-}
-
 // A window that grows, `rate_` images a second.
 class AskedAgain : public ::testing::Test {
  protected:
   // `scale` may change from window to window.
   void start(const std::function<double(const InitWindow&)>& scale) {
-    auto solver = std::make_unique<FakeSolver>(
-        "fake", [scale](const InitWindow& window) { return bentPath(window, scale(window)); });
+    auto solver = std::make_unique<FakeSolver>("fake", [scale](const InitWindow& window) {
+      return bentPath(window.times(), scale(window), 0.05);
+    });
     solver_ = solver.get();
     initializer_ = makeInitializer(std::move(solver), Calibration(), InitializerOptions());
     ASSERT_NE(initializer_, nullptr);

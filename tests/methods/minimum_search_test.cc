@@ -94,22 +94,6 @@ TEST(BelievedLines, FewerAgreeWithAWrongStart) {
   EXPECT_GT(observations(search.truth), observations(wrong));
 }
 
-// Points that slide through the image, 8 px a keyframe, each its own way.
-ExactWindow withSlidingPoints(int points) {
-  ExactWindow exact = noisyWindow();
-  for (std::size_t k = 0; k < exact.keyframes.size(); ++k) {
-    for (PointObservation& point : exact.keyframes[k].points) {
-      if (point.id >= points) continue;
-      const double shift = 8.0 / exact.calibration.focal_px * static_cast<double>(k);
-      const double way = 1.3 * static_cast<double>(point.id);
-      point.bearing += shift * Eigen::Vector3d(std::cos(way), std::sin(way), 0.0);
-      point.bearing.normalize();
-    }
-  }
-  exact.window = windowOf(exact);
-  return exact;
-}
-
 // A limit in units of work.
 WorkBudget budgetOf(double units) {
   WorkLimits limits;
@@ -121,7 +105,7 @@ WorkBudget budgetOf(double units) {
 // A mirrored start needs the second search; with the work of the first one it is left out, and said
 // so. Equal work gives equal results, to the last bit.
 TEST(SearchMinimum, AMinimumWithALargeChiSquareIsSearchedAgain) {
-  Search search(withSlidingPoints(5));
+  Search search(withSlidingPoints(noisyWindow(), 5));
   const auto workOf = [&search](double suspicious_chi2) {
     search.options.refinement.suspicious_chi2 = suspicious_chi2;
     WorkBudget budget = unlimitedBudget();
@@ -132,7 +116,7 @@ TEST(SearchMinimum, AMinimumWithALargeChiSquareIsSearchedAgain) {
 }
 
 TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
-  Search search(withSlidingPoints(5));
+  Search search(withSlidingPoints(noisyWindow(), 5));
   WindowState wrong = search.truth;
   wrong.p_b0 = -wrong.p_b0;
   wrong.v_b0 = -wrong.v_b0;

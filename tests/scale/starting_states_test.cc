@@ -26,19 +26,8 @@ struct Prepared {
 
 Prepared makePrepared(const ExactWindowOptions& options, int sliding_points = 0) {
   Prepared s;
-  s.exact = makeExactWindow(options);
-  std::vector<FrameObservation> frames = s.exact.keyframes;
-  // The first points slide through the image, 8 px a keyframe, each its own way.
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    for (PointObservation& point : frames[k].points) {
-      if (point.id >= sliding_points) continue;
-      const double shift = 8.0 / s.exact.calibration.focal_px * static_cast<double>(k);
-      const double way = 1.3 * static_cast<double>(point.id);
-      point.bearing += shift * Eigen::Vector3d(std::cos(way), std::sin(way), 0.0);
-      point.bearing.normalize();
-    }
-  }
-  s.window = windowOf(s.exact, frames);
+  s.exact = withSlidingPoints(makeExactWindow(options), sliding_points);
+  s.window = s.exact.window;
   s.pre = preintegrateWindow(*s.window, options.gyro_bias, Eigen::Vector3d::Zero(),
                              PreintegrationParts::kMean);
   s.R_b0_bk = chainRotations(s.pre);

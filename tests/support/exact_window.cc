@@ -360,6 +360,20 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
   return madeWindow(calibration, keyframes, imu);
 }
 
+ExactWindow withSlidingPoints(ExactWindow exact, int points) {
+  for (std::size_t k = 0; k < exact.keyframes.size(); ++k) {
+    for (PointObservation& point : exact.keyframes[k].points) {
+      if (point.id >= points) continue;
+      const double shift = 8.0 / exact.calibration.focal_px * static_cast<double>(k);
+      const double way = 1.3 * static_cast<double>(point.id);
+      point.bearing += shift * Eigen::Vector3d(std::cos(way), std::sin(way), 0.0);
+      point.bearing.normalize();
+    }
+  }
+  exact.window = windowOf(exact);
+  return exact;
+}
+
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
   const Eigen::Vector3d f = point->bearing / point->bearing.z();
   point->bearing = (f + Eigen::Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();

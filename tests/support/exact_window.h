@@ -4,6 +4,7 @@
 // so that a noise-free solver has to recover it to rounding.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -114,6 +115,17 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
 std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
                                                 const Eigen::Vector3d& turn, double td,
                                                 const CalibrationSigmas& sigmas);
+
+/// Samples or frames without those between two times [s].
+template <typename Timed>
+std::vector<Timed> withGap(std::vector<Timed> all, double from, double to) {
+  const auto inside = [=](const Timed& one) { return one.t > from && one.t < to; };
+  all.erase(std::remove_if(all.begin(), all.end(), inside), all.end());
+  return all;
+}
+
+/// The first points slide through the image, 8 px a keyframe, each its own way.
+ExactWindow withSlidingPoints(ExactWindow exact, int points);
 
 /// Moves an observation in the image plane.
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point);

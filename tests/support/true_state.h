@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "geometry/so3.h"
+#include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/result.h"
 #include "support/exact_window.h"
@@ -47,6 +48,11 @@ inline WindowState moved(const WindowState& state, double amount, unsigned seed,
 inline Eigen::MatrixXd withoutRig(const Eigen::MatrixXd& information) {
   const Eigen::Index size = information.rows() - StateLayout::kRig;
   return information.topLeftCorner(size, size);
+}
+
+/// The true rotations of the cameras, from the first one.
+inline std::vector<Eigen::Matrix3d> trueCameraRotations(const ExactWindow& exact) {
+  return cameraRotations(trueState(exact).R_b0_bk, exact.calibration.R_b_c);
 }
 
 /// The true camera centres in the first body frame, one column per keyframe [m].

@@ -15,6 +15,7 @@
 #include "scale/scale_profile.h"
 #include "support/exact_window.h"
 #include "support/text_parts.h"
+#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -361,16 +362,6 @@ TEST(Measures, MaxRotation) {
       0.5 * 180 / M_PI, 1e-10);
 }
 
-// Of the cameras, from the first one.
-std::vector<Eigen::Matrix3d> rotationsOf(const ExactWindow& exact) {
-  const Eigen::Matrix3d& R_b_c = exact.calibration.R_b_c;
-  std::vector<Eigen::Matrix3d> R;
-  for (const NavState& state : exact.truth) {
-    R.push_back((exact.truth[0].R_w_b * R_b_c).transpose() * state.R_w_b * R_b_c);
-  }
-  return R;
-}
-
 MotionMeasures measured(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   MotionMeasures motion;
   measureTracks(window, R_c0_ck, &motion);
@@ -382,7 +373,7 @@ TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
     ExactWindowOptions options;
     options.motion = motion;
     const ExactWindow exact = makeExactWindow(options);
-    const double parallax = measured(*exact.window, rotationsOf(exact)).parallax_px;
+    const double parallax = measured(*exact.window, trueCameraRotations(exact)).parallax_px;
     // The camera sits 7 cm from the body's centre, so that turning moves it a little.
     if (motion == Motion::kPureRotation) {
       EXPECT_LT(parallax, kOptions.min_parallax_px);
@@ -400,7 +391,7 @@ TEST(Measures, ParallaxSeesMotionThatReturnsToItsStart) {
     frames[9 - k].points = exact.keyframes[k].points;
   }
   const auto window = windowOf(exact, frames);
-  std::vector<Eigen::Matrix3d> R = rotationsOf(exact);
+  std::vector<Eigen::Matrix3d> R = trueCameraRotations(exact);
   std::copy_n(R.begin(), 5, R.rbegin());
   EXPECT_GT(measured(*window, R).parallax_px, 10.0);
   EXPECT_EQ(measured(*window, R).track_length, 10.0);

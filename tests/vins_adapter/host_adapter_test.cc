@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
 #include <map>
 #include <thread>
@@ -245,12 +244,7 @@ TEST_F(HostAdapterTest, ALostStateIsCarriedBeyondTheBuffer) {
 TEST_F(HostAdapterTest, ALostStateHasTheWholeErrorOfAGap) {
   exact_ = makeExactWindow(atTenHertz(130));
   const double begin = exact_.truth[4].t;
-  std::vector<ImuSample>& imu = exact_.imu;
-  imu.erase(std::remove_if(imu.begin(), imu.end(),
-                           [begin](const ImuSample& one) {
-                             return one.t > begin + 1.5 && one.t < begin + 4.0;
-                           }),
-            imu.end());
+  exact_.imu = withGap(exact_.imu, begin + 1.5, begin + 4.0);
   const HostState last = toHostState(exact_.truth[4], 0.0);
   std::map<bool, double> sigma;
   for (const bool lost : {false, true}) {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
 #include <vector>
 
@@ -198,12 +197,8 @@ TEST_F(AdapterInFlight, IntervalsReachIntoDamageThatGoesOn) {
 // image gives the pose; what it finds again after a gap in the images are other points.
 TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
   const int before = kFrames - 16, after = kFrames - 2;
-  std::vector<ImuSample> imu;
-  for (const ImuSample& sample : exact_.imu) {
-    if (sample.t < exact_.truth[before].t + 0.02 || sample.t > exact_.truth[after].t - 0.05) {
-      imu.push_back(sample);
-    }
-  }
+  const std::vector<ImuSample> imu =
+      withGap(exact_.imu, exact_.truth[before].t + 0.02, exact_.truth[after].t - 0.05);
   std::vector<HostState> states = window(before);
   states.erase(states.begin());
   states.push_back(window(after).back());

@@ -83,10 +83,7 @@ TEST_F(StateAtTest, RefusesWithValueAndBound) {
   std::vector<ImuSample> imu = exact_.imu;
   while (imu.back().t > known[1].t - 0.1) imu.pop_back();
   expectParts(sentence(known, imu, {known[1].t + 0.1}, options), "do not cover");
-  std::vector<ImuSample> holed;
-  for (const ImuSample& sample : exact_.imu) {
-    if (sample.t < known[0].t + 0.1 || sample.t > known[0].t + 0.2) holed.push_back(sample);
-  }
+  const auto holed = withGap(exact_.imu, known[0].t + 0.1, known[0].t + 0.2);
   expectParts(sentence(known, holed, {known[0].t + 0.05}, options), "gap in the IMU data 0.1");
 }
 
