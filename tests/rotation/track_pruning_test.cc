@@ -50,20 +50,16 @@ struct Bent {
   }
 };
 
-TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
-  const Bent bent(noisyWindow(Motion::kExcited, 2), 1);
-  const TrackPruning pruning = pruned(*bent.window, ExactWindowOptions().gyro_bias);
-  for (int k = 0; k < bent.track.size(); ++k) {
-    EXPECT_EQ(pruning.keep[bent.track.begin + k], k == 3 ? kDropObservation : kKeepObservation)
-        << k;
-  }
-}
-
-TEST(TrackPruning, WhatFollowsAJumpIsDropped) {
-  const Bent bent(noisyWindow(Motion::kExcited, 2), 100);
-  const TrackPruning pruning = pruned(*bent.window, ExactWindowOptions().gyro_bias);
-  for (int k = 0; k < bent.track.size(); ++k) {
-    EXPECT_EQ(pruning.keep[bent.track.begin + k], k < 3 ? kKeepObservation : kDropObservation) << k;
+// After a single bad sighting the track goes on; what follows a jump is dropped as well.
+TEST(TrackPruning, WhatIsDisplacedIsDropped) {
+  for (const int displaced : {1, 100}) {
+    const Bent bent(noisyWindow(Motion::kExcited, 2), displaced);
+    const TrackPruning pruning = pruned(*bent.window, ExactWindowOptions().gyro_bias);
+    for (int k = 0; k < bent.track.size(); ++k) {
+      EXPECT_EQ(pruning.keep[bent.track.begin + k],
+                k >= 3 && k < 3 + displaced ? kDropObservation : kKeepObservation)
+          << displaced << ", " << k;
+    }
   }
 }
 
