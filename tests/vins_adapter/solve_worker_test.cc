@@ -15,6 +15,14 @@ namespace {
 using Clock = SolveWorker::Clock;
 using std::chrono::milliseconds;
 
+SolveWorker::Solve quick(double scale) {
+  return [scale] {
+    InitResult result;
+    result.scale = scale;
+    return result;
+  };
+}
+
 // A solve that ends when it is let go.
 class HeldSolve {
  public:
@@ -22,9 +30,7 @@ class HeldSolve {
     return [this, scale] {
       begun_.set_value();
       released_.wait();
-      InitResult result;
-      result.scale = scale;
-      return result;
+      return quick(scale)();
     };
   }
   void waitUntilBegun() { begun_.get_future().wait(); }
@@ -34,14 +40,6 @@ class HeldSolve {
   std::promise<void> begun_, release_;
   std::shared_future<void> released_{release_.get_future().share()};
 };
-
-SolveWorker::Solve quick(double scale) {
-  return [scale] {
-    InitResult result;
-    result.scale = scale;
-    return result;
-  };
-}
 
 Clock::time_point soon() { return Clock::now() + milliseconds(5); }
 Clock::time_point late() { return Clock::now() + std::chrono::seconds(60); }
