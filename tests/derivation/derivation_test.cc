@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <ostream>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "geometry/so3.h"
 #include "linear_alignment.h"
 #include "rotation/normalized_epipolar_pair.h"
+#include "support/gaussian.h"
 #include "support/jacobian_check.h"
 #include "support/true_state.h"
 
@@ -29,23 +29,6 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double gaussian() { return normal_(engine_); }
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-  Vector3d vector(double size) {
-    const double x = gaussian(), y = gaussian(), z = gaussian();
-    return size * Vector3d(x, y, z);
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::normal_distribution<double> normal_;
-};
 
 // A line and cameras that see it without noise; the camera is the body.
 struct LineViews {
@@ -60,16 +43,16 @@ struct LineViews {
 };
 
 LineViews makeLineViews(unsigned seed, int count) {
-  Random random(seed);
+  Gaussian random(seed);
   LineViews out;
-  out.point = Vector3d(0, 0, 4) + random.vector(0.5);
-  out.direction = random.vector(1.0).normalized();
+  out.point = Vector3d(0, 0, 4) + 0.5 * random.vector();
+  out.direction = random.vector().normalized();
   out.state.p_b0.setZero(3, count);
   out.state.v_b0.setZero(3, count);
   for (int k = 0; k < count; ++k) {
     out.state.R_b0_bk.push_back(k == 0 ? Matrix3d(Matrix3d::Identity())
-                                       : expSO3(random.vector(0.2)));
-    if (k > 0) out.state.p_b0.col(k) = random.vector(0.7);
+                                       : expSO3(0.2 * random.vector()));
+    if (k > 0) out.state.p_b0.col(k) = 0.7 * random.vector();
     const auto seen = [&](double along) -> Vector3d {
       return (out.state.R_b0_bk[k].transpose() *
               (out.point + along * out.direction - out.state.p_b0.col(k)))
@@ -174,7 +157,7 @@ struct Pair {
 };
 
 Pair makePair(int points, const Vector3d& t) {
-  Random random(7);
+  Gaussian random(7);
   Pair pair;
   for (int k = 0; k < points; ++k) {
     const double z = random.uniform(2.0, 8.0);
@@ -188,9 +171,9 @@ Pair makePair(int points, const Vector3d& t) {
 
 template <typename Sink>
 void addNoisy(const Pair& pair, double sigma, unsigned seed, Sink* sink) {
-  Random random(seed);
+  Gaussian random(seed);
   const auto noisy = [&](const Vector3d& f) -> Vector3d {
-    const double x = random.gaussian(), y = random.gaussian();
+    const double x = random(), y = random();
     return (f + sigma * (tangentBasis(f) * Eigen::Vector2d(x, y))).normalized();
   };
   for (std::size_t k = 0; k < pair.f_i.size(); ++k) {
@@ -307,7 +290,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     const auto seen = [&](int k, const Vector3d& X) -> Vector3d {
       return (state.R_b0_bk[k].transpose() * (X - state.p_b0.col(k))).normalized();
     };
-    Random random(1);
+    Gaussian random(1);
     for (int id = 0; id < motion.points; ++id) {
       const double z = random.uniform(3.0, 8.0);
       const double x = random.uniform(-0.6, 0.6), y = random.uniform(-0.4, 0.4);

@@ -12,6 +12,9 @@ class Gaussian {
   explicit Gaussian(unsigned seed) : random_(seed) {}
 
   double operator()() { return normal_(random_); }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
 
   /// The last component first: the arguments of a call have no order that all compilers share.
   Eigen::Vector3d vector() {
