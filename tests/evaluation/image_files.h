@@ -10,6 +10,7 @@
 
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "support/euroc_camera.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -73,12 +74,7 @@ struct TinyRecording {
     rig.calibration.t_b_c = Eigen::Vector3d(0.1, -1.0 / 3.0, 0.02);
     rig.calibration.imu_noise.gyro_density = 1.0 / 3e3;
     rig.calibration.imu_noise.accel_density = 1.0 / 3e2;
-    rig.camera.width = 64;
-    rig.camera.height = 48;
-    rig.camera.fx = 60.0 + 1.0 / 3.0;
-    rig.camera.fy = 61.0;
-    rig.camera.cx = 32.5;
-    rig.camera.cy = 23.5;
+    rig.camera = cameraOf(64, 48, 60.0 + 1.0 / 3.0, 61.0, 32.5, 23.5);
     rig.camera.distortion = {-0.28, 0.07, 1e-4, 1.0 / 3e4};
     return rig;
   }

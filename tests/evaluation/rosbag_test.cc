@@ -73,6 +73,12 @@ sensor_msgs::Image imageMessage(int k, const cv::Mat& image, const std::string& 
   return message;
 }
 
+/// Recorded at its stamp.
+template <typename Message>
+void put(const std::string& topic, const Message& message, rosbag::Bag* bag) {
+  bag->write(topic, message.header.stamp, message);
+}
+
 class RosbagTest : public ::testing::Test {
  protected:
   std::string file() const { return folder_.file("tiny.bag"); }
@@ -89,18 +95,12 @@ class RosbagTest : public ::testing::Test {
     images(bag);
   }
   static void writeImu(rosbag::Bag* bag) {
-    for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
-      const sensor_msgs::Imu message = imuMessage(k);
-      bag->write("/imu0", message.header.stamp, message);
-    }
+    for (int k = 0; k < TinyRecording::kImuSamples; ++k) put("/imu0", imuMessage(k), bag);
   }
   /// Three images of a few pixels.
   static void writeSmallImages(rosbag::Bag* bag) {
-    for (int k = 0; k < 3; ++k) {
-      const cv::Mat image(4, 6, CV_8UC1, cv::Scalar(7));
-      const sensor_msgs::Image message = imageMessage(k, image, "mono8");
-      bag->write("/cam0/image_raw", message.header.stamp, message);
-    }
+    const cv::Mat image(4, 6, CV_8UC1, cv::Scalar(7));
+    for (int k = 0; k < 3; ++k) put("/cam0/image_raw", imageMessage(k, image, "mono8"), bag);
   }
 
   std::unique_ptr<ImageSequence> open(const BagTopics& topics = BagTopics(),
@@ -144,8 +144,7 @@ TEST_F(RosbagTest, MessagesOfATopicAreNumbered) {
 TEST_F(RosbagTest, VelocitiesOfOdometry) {
   writeBag([](rosbag::Bag& bag) {
     for (int k = 0; k < TinyRecording::kImages; ++k) {
-      const sensor_msgs::CompressedImage image = compressedMessage(k);
-      bag.write("/cam0/image_raw", image.header.stamp, image);
+      put("/cam0/image_raw", compressedMessage(k), &bag);
     }
     for (const int k : {1, 0, 1}) {
       nav_msgs::Odometry message;
@@ -155,7 +154,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
       message.twist.twist.linear.x = 1.0 + k;
       message.twist.twist.linear.y = -0.5;
       for (int i = 0; i < 36; ++i) message.twist.covariance[i] = i;
-      bag.write("/odom", message.header.stamp, message);
+      put("/odom", message, &bag);
     }
     bag.write("/imu1", rosTime(TinyRecording::kT0Ns), imuMessage(0));
   });
@@ -197,7 +196,7 @@ TEST_F(RosbagTest, EncodingsBecomeTheGreyOfOpenCv) {
   writeBag([&](rosbag::Bag& bag) {
     int k = 0;
     const auto write = [&](const sensor_msgs::Image& message) {
-      bag.write("/cam0/image_raw", message.header.stamp, message);
+      put("/cam0/image_raw", message, &bag);
       ++k;
     };
     for (const int padding : {0, 5}) {
@@ -223,7 +222,7 @@ TEST_F(RosbagTest, CompressedImagesAreDecodedAndFoundBesideTheRawTopic) {
     for (int k = 0; k < 3; ++k) {
       sensor_msgs::CompressedImage message = compressedMessage(k);
       if (k == 2) message.data.resize(20);
-      bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
+      put("/cam0/image_raw/compressed", message, &bag);
     }
   });
   for (const char* topic : {"/cam0/image_raw", "/cam0/image_raw/compressed"}) {
@@ -243,9 +242,7 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
         imageMessage(4, TinyRecording::image(4), "bgr8")};  // a third of the bytes it needs
     messages[2].data.resize(100);
     messages[3].height = 4000000000u;
-    for (const sensor_msgs::Image& message : messages) {
-      bag.write("/cam0/image_raw", message.header.stamp, message);
-    }
+    for (const sensor_msgs::Image& message : messages) put("/cam0/image_raw", message, &bag);
   });
   const auto sequence = opened();
   EXPECT_FALSE(sequence->image(0, nullptr).empty());
@@ -278,7 +275,7 @@ TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
     sensor_msgs::Imu nan = imuMessage(7);
     nan.header.stamp = rosTime(t + 12345);
     nan.linear_acceleration.y = std::nan("");
-    bag.write("/imu0", nan.header.stamp, nan);
+    put("/imu0", nan, &bag);
     sensor_msgs::Imu twice = imuMessage(9);
     bag.write("/imu0", rosTime(t + 2000000000), twice);
   });
@@ -426,10 +423,7 @@ TEST_F(RosbagTest, TheLengthOfThePixelsIsChecked) {
   const auto row = static_cast<char>(TinyRecording::image(0).cols);
   refused("mono8" + std::string(1, '\0') + row + std::string(3, '\0'), "/cam0/image_raw");
   writeBag([](rosbag::Bag& bag) {
-    for (int k = 0; k < 3; ++k) {
-      const sensor_msgs::CompressedImage message = compressedMessage(k);
-      bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
-    }
+    for (int k = 0; k < 3; ++k) put("/cam0/image_raw/compressed", compressedMessage(k), &bag);
   });
   refused("mono8; png compressed", "/cam0/image_raw/compressed");
 }

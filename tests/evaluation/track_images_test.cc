@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/euroc_camera.h"
+#include "support/frames.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -84,13 +85,7 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   // 80 corners of squares that nothing hides.
   EXPECT_GT(tracked.summary.points, 20.0);
   EXPECT_GT(tracked.summary.points_carried, 0.7 * tracked.summary.points);
-  std::set<FeatureId> first;
-  for (const PointObservation& point : tracked.frames.front().points) first.insert(point.id);
-  int alive = 0;
-  for (const PointObservation& point : tracked.frames.back().points) {
-    alive += static_cast<int>(first.count(point.id));
-  }
-  EXPECT_GT(alive, 10);
+  EXPECT_GT(countIn(idSet(tracked.frames.front().points), tracked.frames.back().points), 10);
   EXPECT_GT(tracked.summary.total_ms_median, 0.0);
 }
 

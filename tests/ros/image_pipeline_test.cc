@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/image_message.h"
+#include "support/euroc_camera.h"
 #include "support/frames.h"
 
 namespace slim_init::node {
@@ -25,11 +26,7 @@ constexpr double kImageInterval = 0.05, kImuInterval = 0.005;
 
 Config smallCamera() {
   Config config;
-  config.camera.width = kWidth;
-  config.camera.height = kHeight;
-  config.camera.fx = config.camera.fy = 150.0;
-  config.camera.cx = 119.5;
-  config.camera.cy = 89.5;
+  config.camera = cameraOf(kWidth, kHeight, 150.0, 150.0, 119.5, 89.5);
   config.calibration.focal_px = 150.0;
   config.calibration.td = 0.003;
   return config;

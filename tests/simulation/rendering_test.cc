@@ -207,12 +207,7 @@ TEST(RenderingRun, FramesComeInOrderAndNothingIsLeftBehind) {
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();
-  CameraParameters camera = lensOf(CameraModel::kPinhole, false);
-  camera.width = 94;
-  camera.height = 60;
-  camera.fx = camera.fy = 57.0;
-  camera.cx = 46.0;
-  camera.cy = 30.0;
+  const CameraParameters camera = cameraOf(94, 60, 57.0, 57.0, 46.0, 30.0);
   std::vector<CameraPose> poses(11, turnedPose());  // two digits in the names of pictures
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].t_w_c.y() += 0.05 * i;
   std::string error;
