@@ -15,6 +15,7 @@
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
 #include "slim_init/text.h"
+#include "slim_init/version.h"
 #include "subcommand.h"
 #ifdef SLIM_INIT_HAS_BACKEND
 #include "slim_init/backend/downstream.h"
@@ -65,7 +66,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
                                 const std::vector<Method>& methods,
                                 const std::vector<std::string>& notes) {
   evaluation::RunInfo info;
-  info.version = SLIM_INIT_VERSION;
+  info.version = kVersion;
   info.commit = SLIM_INIT_COMMIT;
   info.dataset = loaded.sequence.name;
   info.command = options.command;

@@ -11,6 +11,7 @@
 
 #include "python_report.h"
 #include "slim_init/text.h"
+#include "slim_init/version.h"
 #include "subcommand.h"
 
 namespace slim_init::tools {
@@ -148,7 +149,7 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   }
   if (of_program.count("version") > 0) {
     if (word != arguments.end()) return "'" + *word + "' was not expected after --version";
-    line->text = "slim_init " SLIM_INIT_VERSION "\n";
+    line->text = text("slim_init ", kVersion, "\n");
     return "";
   }
 
