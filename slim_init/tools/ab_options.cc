@@ -2,6 +2,7 @@
 #include "ab_options.h"
 
 #include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <boost/lexical_cast/try_lexical_convert.hpp>
 #include <cstdint>
 #include <limits>
@@ -15,11 +16,7 @@
 
 namespace slim_init::tools {
 
-std::string join(const std::vector<std::string>& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
+using boost::algorithm::join;
 
 std::vector<std::string> splitList(const std::string& list) {
   std::vector<std::string> parts;
@@ -71,7 +68,7 @@ void checkMethods(AbOptions* options) {
   if (options->methods.empty()) options->method_names = methodNames();
   for (const std::string& name : splitList(options->methods)) {
     if (!contains(methodNames(), name)) {
-      check("--methods names '" + name + "', must be one of: " + join(methodNames()));
+      check("--methods names '" + name + "', must be one of: " + join(methodNames(), ", "));
     }
     if (contains(options->method_names, name)) check("--methods names '" + name + "' twice");
     options->method_names.push_back(name);
@@ -213,7 +210,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        kSimulated},
       {"world", &o.world, "NAME", "Scene", "world", 0.0, 0.0, kSimulated, simulation::worldNames()},
       {"methods", &o.methods, "LIST",
-       "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
+       "Methods, comma separated: " + join(methodNames(), ", ") + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
        "YAML file with a section slim_init: for every method (`slim_init options` lists the keys); "
        "wins over --config",
@@ -294,7 +291,7 @@ std::string setOption(const AbOption& option, const std::string& text) {
         } else if constexpr (std::is_same_v<T, std::string>) {
           if (!option.choices.empty() && !contains(option.choices, text)) {
             return "--" + option.name + " is '" + text +
-                   "', must be one of: " + join(option.choices);
+                   "', must be one of: " + join(option.choices, ", ");
           }
           if (text.empty()) return "--" + option.name + " is empty, must be " + option.value_name;
           *field = text;
@@ -320,7 +317,7 @@ std::string valueText(const AbOption& option) {
 std::string rangeText(const AbOption& option) {
   return std::visit(
       [&](auto* field) -> std::string {
-        if constexpr (!kIsNumber<Pointee<decltype(field)>>) return join(option.choices);
+        if constexpr (!kIsNumber<Pointee<decltype(field)>>) return join(option.choices, ", ");
         return numberText(option.min) + " to " + numberText(option.max);
       },
       option.field);

@@ -97,9 +97,6 @@ struct AbOption {
   std::vector<std::string> choices = {};  ///< of a text; empty: any but an empty one
 };
 
-/// "a, b, c", for a message.
-std::string join(const std::vector<std::string>& names);
-
 /// The parts of "a,b,c"; an empty text has none.
 std::vector<std::string> splitList(const std::string& list);
 

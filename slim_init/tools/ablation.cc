@@ -74,9 +74,10 @@ const Variant kVariants[] = {
 /// Throws where the method cannot be made with these options.
 std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& label,
                                    const InitializerOptions& options,
-                                   const BaselineOptions& baselines) {
+                                   const BaselineOptions& baseline_options) {
   std::string error;
-  std::unique_ptr<WindowSolver> solver = makeKnownMethod(name, options, baselines, &error);
+  std::unique_ptr<WindowSolver> solver =
+      baselines::makeMethod(name, options, baseline_options, &error, knownMethods());
   if (solver == nullptr) throw Failure(kExitInternal, label + error);
   return solver;
 }

@@ -5,6 +5,7 @@
 #include "command_line.h"
 
 #include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <boost/program_options.hpp>
 #include <sstream>
 #include <utility>
@@ -156,7 +157,7 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   const std::vector<Subcommand> all = subcommands();
   std::vector<std::string> names;
   for (const Subcommand& one : all) names.push_back(one.name);
-  const std::string known = join(names);
+  const std::string known = boost::algorithm::join(names, ", ");
   if (word == arguments.end()) return "a subcommand is needed: " + known;
   const auto subcommand = std::find_if(
       all.begin(), all.end(), [&word](const Subcommand& one) { return *word == one.name; });

@@ -22,13 +22,6 @@ const std::vector<std::string>& methodNames() {
   return kNames;
 }
 
-std::unique_ptr<WindowSolver> makeKnownMethod(const std::string& name,
-                                              const InitializerOptions& options,
-                                              const baselines::BaselineOptions& baseline_options,
-                                              std::string* error) {
-  return baselines::makeMethod(name, options, baseline_options, error, knownMethods());
-}
-
 Subcommand methodsSubcommand() {
   return {"methods", "List the methods with a line each", {}, [](const Typed& /*typed*/) {
             for (const baselines::Method& method : knownMethods()) {

@@ -19,11 +19,6 @@ const std::vector<baselines::Method>& knownMethods();
 /// Their names, in the order in which reports list them.
 const std::vector<std::string>& methodNames();
 
-/// baselines::makeMethod() over knownMethods().
-std::unique_ptr<WindowSolver> makeKnownMethod(
-    const std::string& name, const InitializerOptions& options,
-    const baselines::BaselineOptions& baseline_options = {}, std::string* error = nullptr);
-
 /// A method as it is run and reported.
 struct Method {
   std::unique_ptr<WindowSolver> solver;  ///< its name() is the name in the report
