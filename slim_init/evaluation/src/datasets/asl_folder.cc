@@ -15,13 +15,11 @@ class AslFolder : public ImageSequence {
  public:
   void open(const std::string& directory, double max_imu_gap_s) {
     findRoot(directory);
-    readImu(max_imu_gap_s);
-    speeds = readSpeeds(file("speed0/data.csv"), t0_ns, &notes);
+    readImu(file("imu0/data.csv"), max_imu_gap_s, this);
+    readSpeeds(file("speed0/data.csv"), this);
     readImages();
     const std::string truth_file = file("state_groundtruth_estimate0/data.csv");
-    if (std::error_code code; fs::exists(truth_file, code)) {
-      has_velocity_and_bias = readTruth(truth_file, t0_ns, &truth, &notes);
-    }
+    if (std::error_code code; fs::exists(truth_file, code)) readTruth(truth_file, this);
   }
 
   cv::Mat image(std::size_t k, std::string* sentence) override {
@@ -58,14 +56,6 @@ class AslFolder : public ImageSequence {
       return;
     }
     fail(directory, " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0");
-  }
-
-  void readImu(double max_imu_gap_s) {
-    const CsvTable table = readTable(file("imu0/data.csv"), imuFormat(), &notes);
-    t0_ns = table.rows.front().stamp_ns;
-    imu = imuSamples(table, t0_ns);
-    imu_disorder = table.disorder;
-    noteImuGaps(table.path, imu, max_imu_gap_s, &table, &notes);
   }
 
   void readImages() {

@@ -143,11 +143,6 @@ CsvTable readTable(const std::string& path, const CsvFormat& format,
   return table;
 }
 
-CsvFormat imuFormat() {
-  return {
-      "IMU samples", {"timestamp", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"}, {7}, kMinImuSamples};
-}
-
 CsvFormat imageFormat(int min_rows) {
   return {"images", {"timestamp", "filename"}, {1, 2}, min_rows, /*last_is_text=*/true};
 }
@@ -171,29 +166,30 @@ Eigen::Vector3d vectorAt(const CsvRow& row, std::size_t first) {
 
 }  // namespace
 
-std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
-  std::vector<ImuSample> samples;
-  samples.reserve(table.rows.size());
+void readImu(const std::string& path, double max_gap_s, RecordedMotion* recording) {
+  const CsvFormat format = {
+      "IMU samples", {"timestamp", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"}, {7}, kMinImuSamples};
+  const CsvTable table = readTable(path, format, &recording->notes);
+  recording->t0_ns = table.rows.front().stamp_ns;
+  recording->imu_disorder = table.disorder;
   for (const CsvRow& row : table.rows) {
     ImuSample sample;
-    sample.t = relativeSeconds(row.stamp_ns, t0_ns);
+    sample.t = relativeSeconds(row.stamp_ns, recording->t0_ns);
     sample.gyro = vectorAt(row, 0);
     sample.accel = vectorAt(row, 3);
-    samples.push_back(sample);
+    recording->imu.push_back(sample);
   }
-  return samples;
+  noteImuGaps(path, recording->imu, max_gap_s, &table, &recording->notes);
 }
 
-std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns,
-                                    std::vector<std::string>* notes) {
-  std::vector<SpeedSample> speeds;
-  if (std::error_code no_file; !fs::exists(path, no_file)) return speeds;
+void readSpeeds(const std::string& path, RecordedMotion* recording) {
+  if (std::error_code no_file; !fs::exists(path, no_file)) return;
   const CsvFormat format = {"velocities",
                             {"timestamp", "v_x", "sigma_x", "v_y", "sigma_y", "v_z", "sigma_z"},
                             {kForwardColumns, 7}};
-  const CsvTable table = readTable(path, format, notes);
+  const CsvTable table = readTable(path, format, &recording->notes);
   for (const CsvRow& row : table.rows) {
-    const double t = relativeSeconds(row.stamp_ns, t0_ns);
+    const double t = relativeSeconds(row.stamp_ns, recording->t0_ns);
     SpeedSample sample = SpeedSample::forward(t, row.values[0], row.values[1]);
     if (table.columns > kForwardColumns) {
       sample.forward_only = false;
@@ -203,9 +199,8 @@ std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns,
         sample.covariance(axis, axis) = sigma > 0.0 ? sigma * sigma : sigma;
       }
     }
-    speeds.push_back(sample);
+    recording->speeds.push_back(sample);
   }
-  return speeds;
 }
 
 CsvFormat truthFormat(int min_rows) {
@@ -238,16 +233,15 @@ std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns) {
   return states;
 }
 
-bool readTruth(const std::string& path, std::int64_t t0_ns, std::vector<NavState>* truth,
-               std::vector<std::string>* notes) {
-  const CsvTable table = readTable(path, truthFormat(kMinTruthRows), notes);
-  *truth = truthStates(table, t0_ns);
-  if (table.columns > kPoseColumns) return true;
-  deriveVelocities(truth);
-  notes->push_back(path +
-                   ": ground truth has no velocities; used are medians of the steps between "
-                   "the positions");
-  return false;
+void readTruth(const std::string& path, RecordedMotion* recording) {
+  const CsvTable table = readTable(path, truthFormat(kMinTruthRows), &recording->notes);
+  recording->truth = truthStates(table, recording->t0_ns);
+  recording->has_velocity_and_bias = table.columns > kPoseColumns;
+  if (recording->has_velocity_and_bias) return;
+  deriveVelocities(&recording->truth);
+  recording->notes.push_back(
+      path +
+      ": ground truth has no velocities; used are medians of the steps between the positions");
 }
 
 void noteImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,

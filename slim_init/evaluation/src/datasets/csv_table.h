@@ -66,8 +66,6 @@ struct CsvFormat {
 inline constexpr int kMinImuSamples = 2;
 inline constexpr std::size_t kMinImages = 2;
 
-/// `stamp_ns` and inertial columns of imu0.csv and imu0/data.csv.
-CsvFormat imuFormat();
 /// Stamps of images, with or without their file.
 CsvFormat imageFormat(int min_rows);
 
@@ -78,24 +76,22 @@ CsvFormat imageFormat(int min_rows);
 CsvTable readTable(const std::string& path, const CsvFormat& format,
                    std::vector<std::string>* notes);
 
-/// Rows of an imuFormat() table.
-std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
+/// Reads `t0_ns`, `imu` and `imu_disorder`; a step between samples longer than `max_gap_s` is
+/// noted.
+void readImu(const std::string& path, double max_gap_s, RecordedMotion* recording);
 
 /// Pose, or pose with velocity and biases.
 CsvFormat truthFormat(int min_rows);
 /// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
 /// quaternion whose norm is off 1 by more than 0.01 is an error.
 std::vector<NavState> truthStates(const CsvTable& table, std::int64_t t0_ns);
-/// Reads a ground truth. Returns whether it has velocities and biases; else v_w_b is that of
-/// deriveVelocities().
-bool readTruth(const std::string& path, std::int64_t t0_ns, std::vector<NavState>* truth,
-               std::vector<std::string>* notes);
+/// Reads `truth` and `has_velocity_and_bias`.
+void readTruth(const std::string& path, RecordedMotion* recording);
 
-/// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
-/// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.
-/// Without the file there are none.
-std::vector<SpeedSample> readSpeeds(const std::string& path, std::int64_t t0_ns,
-                                    std::vector<std::string>* notes);
+/// Reads `speeds`: forward speed and its standard deviation, or both for each of the three axes, in
+/// the frame of the sensor [m/s]. A standard deviation that is not positive is left to the stream
+/// check. Without the file there are none.
+void readSpeeds(const std::string& path, RecordedMotion* recording);
 
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
 /// printable only.

@@ -16,18 +16,14 @@ RecordedMotion readMotion(const std::string& directory, double max_imu_gap_s) {
   const auto file = [&](const char* name) { return (fs::path(directory) / name).string(); };
   RecordedMotion read;
   read.name = lastComponent(directory);
-  const CsvTable imu = readTable(file("imu0.csv"), imuFormat(), &read.notes);
-  read.t0_ns = imu.rows.front().stamp_ns;
-  read.imu = imuSamples(imu, read.t0_ns);
-  noteImuGaps(imu.path, read.imu, max_imu_gap_s, &imu, &read.notes);
-  read.speeds = readSpeeds(file("speed0.csv"), read.t0_ns, &read.notes);
+  readImu(file("imu0.csv"), max_imu_gap_s, &read);
+  readSpeeds(file("speed0.csv"), &read);
   const CsvTable images =
       readTable(file("cam0_timestamps.csv"), imageFormat(kMinImages), &read.notes);
   for (const CsvRow& row : images.rows) {
     read.image_times.push_back(relativeSeconds(row.stamp_ns, read.t0_ns));
   }
-  read.has_velocity_and_bias =
-      readTruth(file("groundtruth.csv"), read.t0_ns, &read.truth, &read.notes);
+  readTruth(file("groundtruth.csv"), &read);
   return read;
 }
 

@@ -240,8 +240,7 @@ class BagFile : public ImageSequence {
     readImu(imu_topic, max_imu_gap_s);
     if (has_speeds) readSpeeds(speed_topic, topics.speed_forward_only);
     readImageStamps(image_topic);
-    if (groundtruth_file.empty()) return;
-    has_velocity_and_bias = readTruth(groundtruth_file, t0_ns, &truth, &notes);
+    if (!groundtruth_file.empty()) readTruth(groundtruth_file, this);
   }
 
   template <typename Value>

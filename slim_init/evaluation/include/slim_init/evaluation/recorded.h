@@ -37,7 +37,7 @@ struct RecordedMotion {
   std::vector<NavState> truth;
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
   bool has_velocity_and_bias = false;
-  Disorder imu_disorder, image_disorder;  ///< of a recording with pixels
+  Disorder imu_disorder, image_disorder;  ///< images: of a recording with pixels
   std::vector<std::string> notes;         ///< one sentence per thing dropped or suspicious
 
   std::int64_t stampNs(double t) const { return t0_ns + std::llround(1e9 * t); }
