@@ -21,63 +21,53 @@ using feature_tracker_lines::CameraParameters;
 constexpr int kPngCompression = 1;
 
 /// A table of stamps and numbers; what is written is read back bit for bit.
-class Table {
- public:
-  explicit Table(const char* header) {
-    text_.precision(17);
-    text_ << header << "\n";
+template <typename Sample, typename RowOf>
+std::string tableOf(const char* header, const RecordedMotion& recording,
+                    const std::vector<Sample>& samples, const RowOf& rowOf) {
+  const Eigen::IOFormat format(17, Eigen::DontAlignCols, ",", ",");
+  std::ostringstream out;
+  out << header << "\n";
+  for (const Sample& sample : samples) {
+    out << recording.stampNs(sample.t) << ',' << rowOf(sample).format(format) << "\n";
   }
-  void add(std::int64_t stamp_ns, const Eigen::Ref<const Eigen::VectorXd>& values) {
-    text_ << stamp_ns;
-    for (Eigen::Index i = 0; i < values.size(); ++i) text_ << ',' << values[i];
-    text_ << "\n";
-  }
-  void addFile(std::int64_t stamp_ns) { text_ << stamp_ns << "," << stamp_ns << ".png\n"; }
-  std::string text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
-};
+  return out.str();
+}
 
 std::string imageTable(const RecordedMotion& recording) {
-  Table table("#timestamp [ns],filename");
-  for (const double t : recording.image_times) table.addFile(recording.stampNs(t));
-  return table.text();
+  std::string table = "#timestamp [ns],filename\n";
+  for (const double t : recording.image_times) {
+    table += text(recording.stampNs(t), ',', recording.stampNs(t), ".png\n");
+  }
+  return table;
 }
 
 std::string imuTable(const RecordedMotion& recording) {
-  Table table(
+  return tableOf(
       "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],a_y [m s^-2],"
-      "a_z [m s^-2]");
-  for (const ImuSample& sample : recording.imu) {
-    Eigen::Matrix<double, 6, 1> row;
-    row << sample.gyro, sample.accel;
-    table.add(recording.stampNs(sample.t), row);
-  }
-  return table.text();
+      "a_z [m s^-2]",
+      recording, recording.imu, [](const ImuSample& sample) {
+        return (Eigen::Matrix<double, 6, 1>() << sample.gyro, sample.accel).finished();
+      });
 }
 
 std::string speedTable(const RecordedMotion& recording) {
-  Table table("#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
-  for (const SpeedSample& sample : recording.speeds) {
-    table.add(recording.stampNs(sample.t),
-              Eigen::Vector2d(sample.velocity.x(), std::sqrt(sample.covariance(0, 0))));
-  }
-  return table.text();
+  return tableOf("#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]", recording, recording.speeds,
+                 [](const SpeedSample& sample) {
+                   return Eigen::Vector2d(sample.velocity.x(), std::sqrt(sample.covariance(0, 0)));
+                 });
 }
 
 std::string truthTable(const RecordedMotion& recording) {
-  Table table(
+  return tableOf(
       "#timestamp [ns],p_w_b_x [m],p_w_b_y [m],p_w_b_z [m],q_w_b_w [],q_w_b_x [],q_w_b_y [],"
       "q_w_b_z [],v_w_b_x [m s^-1],v_w_b_y [m s^-1],v_w_b_z [m s^-1],b_g_x [rad s^-1],"
-      "b_g_y [rad s^-1],b_g_z [rad s^-1],b_a_x [m s^-2],b_a_y [m s^-2],b_a_z [m s^-2]");
-  for (const NavState& state : recording.truth) {
-    const Eigen::Quaterniond q(state.R_w_b);
-    Eigen::Matrix<double, 16, 1> row;
-    row << state.p_w_b, q.w(), q.vec(), state.v_w_b, state.gyro_bias, state.accel_bias;
-    table.add(recording.stampNs(state.t), row);
-  }
-  return table.text();
+      "b_g_y [rad s^-1],b_g_z [rad s^-1],b_a_x [m s^-2],b_a_y [m s^-2],b_a_z [m s^-2]",
+      recording, recording.truth, [](const NavState& state) {
+        const Eigen::Quaterniond q(state.R_w_b);
+        Eigen::Matrix<double, 16, 1> row;
+        row << state.p_w_b, q.w(), q.vec(), state.v_w_b, state.gyro_bias, state.accel_bias;
+        return row;
+      });
 }
 
 std::string transformYaml(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
