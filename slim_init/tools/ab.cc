@@ -74,7 +74,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
   info.options = describeAbOptions(options);
   info.notes = notes;
   for (const Method& method : methods) {
-    if (!method.note.empty()) info.method_notes.emplace_back(method.solver->name(), method.note);
+    if (!method.note.empty()) info.method_notes[method.solver->name()] = method.note;
   }
   info.tracking = loaded.sequence.tracking;
   if (loaded.simulated.has_value()) {

@@ -180,15 +180,9 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   json["version"] = info.version;
   json["commit"] = info.commit.empty() ? Json(nullptr) : Json(info.commit);
   if (!result.first_refusal.empty()) json["first_refusal"] = result.first_refusal;
-  if (!info.method_notes.empty()) {
-    Json& notes = json["method_notes"] = Json::object();
-    for (const auto& [name, note] : info.method_notes) notes[name] = note;
-  }
+  if (!info.method_notes.empty()) json["method_notes"] = info.method_notes;
   if (info.tracking.has_value()) json["tracking"] = jsonTracking(*info.tracking);
-  if (!info.simulated.empty()) {
-    Json& simulated = json["simulated"] = Json::object();
-    for (const auto& [name, count] : info.simulated) simulated[name] = count;
-  }
+  if (!info.simulated.empty()) json["simulated"] = info.simulated;
   const StreamCounts& dropped = result.dropped;
   json["dropped"] = {{"imu_not_finite", dropped.imu[AddStatus::kNotFinite]},
                      {"imu_glitches", dropped.imu[AddStatus::kGlitch]},

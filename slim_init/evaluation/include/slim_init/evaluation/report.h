@@ -47,9 +47,6 @@ std::vector<MethodSummary> summarize(const ProtocolResult& result);
 
 using OptionValue = std::variant<std::int64_t, double, std::string, std::vector<std::string>>;
 
-/// A number with a name, for a table of counts.
-using NamedCount = std::pair<std::string, std::int64_t>;
-
 /// What was run, for the reader of the files.
 struct RunInfo {
   std::string version;  ///< of the program
@@ -59,10 +56,10 @@ struct RunInfo {
   std::string gyro_bias_truth;  ///< "recorded", "fitted", "simulated" or "none"
   std::vector<std::pair<std::string, OptionValue>> options;
   std::vector<std::string> notes;
-  std::optional<TrackingSummary> tracking;  ///< where the features come from images
-  std::vector<NamedCount> simulated;        ///< what was simulated; empty with images
+  std::optional<TrackingSummary> tracking;        ///< where the features come from images
+  std::map<std::string, std::int64_t> simulated;  ///< what was simulated; empty with images
   /// What a variant of a method changes, by the variant's name; empty without variants.
-  std::vector<std::pair<std::string, std::string>> method_notes;
+  std::map<std::string, std::string> method_notes;
 };
 
 /// The files as text.
