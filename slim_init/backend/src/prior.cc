@@ -41,8 +41,8 @@ Eigen::VectorXd parametersAt(const BlockKey& key, const BlockPoint& point, const
 // A = D V S V^T D with unit diagonal inside, the small part of S cut.
 struct ScaledEigen {
   explicit ScaledEigen(const Eigen::MatrixXd& A) {
-    scale = A.diagonal().cwiseMax(0.0).cwiseSqrt();
-    for (double& s : scale) s = s > 0.0 ? s : 1.0;
+    const Eigen::ArrayXd root = A.diagonal().cwiseMax(0.0).cwiseSqrt();
+    scale = (root > 0.0).select(root, 1.0);
     const Eigen::VectorXd inverse = scale.cwiseInverse();
     const Eigen::MatrixXd unit = inverse.asDiagonal() * A * inverse.asDiagonal();
     const SymmetricEigen eigen = symmetricEigen(0.5 * (unit + unit.transpose()));
@@ -52,8 +52,7 @@ struct ScaledEigen {
   }
   // Pseudo-inverse of A.
   Eigen::MatrixXd inverse() const {
-    Eigen::VectorXd s = values;
-    for (double& v : s) v = v > floor ? 1.0 / v : 0.0;
+    const Eigen::VectorXd s = (values.array() > floor).select(values.cwiseInverse(), 0.0);
     const Eigen::MatrixXd W = scale.cwiseInverse().asDiagonal() * vectors;
     return product(W * s.asDiagonal(), W.transpose());
   }
@@ -256,33 +255,30 @@ void Marginalization::addPoint(const std::vector<PointView>& views, double inver
 }
 
 Prior Marginalization::eliminate(const std::set<BlockKey>& gone) const {
-  std::vector<int> out_columns, kept_columns;
+  std::vector<int> columns, out_columns;  // those that stay, those that go
   Prior prior;
   for (const auto& [key, column] : columns_) {
     const bool goes = gone.count(key) > 0;
-    for (int k = 0; k < key.size(); ++k) (goes ? out_columns : kept_columns).push_back(column + k);
+    for (int k = 0; k < key.size(); ++k) (goes ? out_columns : columns).push_back(column + k);
     if (goes) continue;
     prior.blocks.push_back(key);
     const auto found = first_.find(key);
     prior.first.push_back(found != first_.end() ? found->second : presentPoint(key, frames_));
   }
   const auto m = static_cast<Eigen::Index>(out_columns.size());
-  const auto n = static_cast<Eigen::Index>(kept_columns.size());
-  Eigen::MatrixXd H_mm(m, m), H_nm(n, m), H_nn(n, n);
-  Eigen::VectorXd g_m(m), g_n(n);
-  for (Eigen::Index r = 0; r < n; ++r) {
-    g_n[r] = g_[kept_columns[r]];
-    for (Eigen::Index c = 0; c < n; ++c) H_nn(r, c) = H_(kept_columns[r], kept_columns[c]);
-    for (Eigen::Index c = 0; c < m; ++c) H_nm(r, c) = H_(kept_columns[r], out_columns[c]);
-  }
-  for (Eigen::Index r = 0; r < m; ++r) {
-    g_m[r] = g_[out_columns[r]];
-    for (Eigen::Index c = 0; c < m; ++c) H_mm(r, c) = H_(out_columns[r], out_columns[c]);
-  }
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  columns.insert(columns.end(), out_columns.begin(), out_columns.end());
+  const Eigen::PermutationMatrix<Eigen::Dynamic> order(
+      Eigen::Map<const Eigen::VectorXi>(columns.data(), n + m));
+  const Eigen::MatrixXd H = order.transpose() * H_ * order;
+  const Eigen::VectorXd g = order.transpose() * g_;
+  Eigen::MatrixXd H_nn = H.topLeftCorner(n, n);
+  Eigen::VectorXd g_n = g.head(n);
   if (m > 0) {
-    const Eigen::MatrixXd gain = product(H_nm, ScaledEigen(H_mm).inverse());
+    const Eigen::MatrixXd H_nm = H.topRightCorner(n, m);
+    const Eigen::MatrixXd gain = product(H_nm, ScaledEigen(H.bottomRightCorner(m, m)).inverse());
     H_nn -= product(gain, H_nm.transpose());
-    g_n -= gain * g_m;
+    g_n -= gain * g.tail(m);
   }
   if (n == 0) return prior;
 
