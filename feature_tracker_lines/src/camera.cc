@@ -146,6 +146,8 @@ std::string CameraParameters::validate() const {
   check.within("fx", fx, 1.0, 1e5).within("fy", fy, 1.0, 1e5);
   // A centre outside the image is a mix-up of width and height, or of pixels and fractions.
   check.within("cx", cx, 0.0, 1.0 * width).within("cy", cy, 0.0, 1.0 * height);
+  // One far off the middle is of another resolution.
+  check.within("cx / width", cx / width, 0.3, 0.7).within("cy / height", cy / height, 0.3, 0.7);
   for (std::size_t i = 0; i < distortion.size(); ++i) {
     check.within(text("distortion[", i, "]"), distortion[i], -100.0, 100.0);
   }

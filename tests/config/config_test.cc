@@ -447,6 +447,13 @@ TEST_F(ConfigErrors, BadHostValues) {
                 "image_width is \"wide\", must be a whole number");
   expectRefused(edited("fx: 458.0", "fx: -458.0"),
                 "projection_parameters.fx is -458, must be in [1, 100000]");
+  // Of another resolution.
+  expectRefused(edited("752\nimage_height: 480", "1504\nimage_height: 960"),
+                "projection_parameters.cx / width is 0.244");
+  expectRefused(edited("752\nimage_height: 480", "376\nimage_height: 256"),
+                "projection_parameters.cx / width is 0.976");
+  expectRefused(edited("cy: 248.0", "cy: 350.0"),
+                "projection_parameters.cy / height is 0.729167, must be in [0.3, 0.7]");
   expectRefused(edited("k2: 0.07", "k2: .nan"), "nan, must be a finite number");
   expectRefused(edited("g_norm: 9.81", "g_norm: 1.0"), "g_norm is 1, must be in [9.7, 9.9]");
   expectRefused(edited("td: -0.01", "td: 20.0"), "td is 20, must be in [-1, 1]");

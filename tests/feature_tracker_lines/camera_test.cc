@@ -214,6 +214,9 @@ TEST(CameraParameters, DefaultsAreValidAndBoundsAreNamed) {
   p.cx = 4000.0;
   EXPECT_EQ(p.validate(), "cx is 4000, must be in [0, 752]");
   p = CameraParameters();
+  p.height *= 2;
+  EXPECT_EQ(p.validate(), "cy / height is 0.25, must be in [0.3, 0.7]");
+  p = CameraParameters();
   p.distortion[2] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(p.validate().find("distortion[2]"), std::string::npos);
 }
