@@ -478,6 +478,10 @@ TEST_F(ConfigErrors, ExtrinsicThatIsNoRotation) {
   expectRefused(edited("   rows: 3\n   cols: 1\n   dt: d\n   data: [0.1, -0.2, 0.3]",
                        "   rows: 2\n   cols: 1\n   dt: d\n   data: [0.1, -0.2]"),
                 "extrinsicTranslation is 2 x 1");
+  const std::string d = "   dt: d\n   data: [0.1, -0.2, 0.3";  // of the translation
+  expectRefused(edited(d, "   dt: i\n   data: [0.1, -0.2, 0.3"),
+                "extrinsicTranslation has dt of whole numbers, must be d");
+  expectRefused(edited(d, d + ", 0.4"), "data has 4 numbers, must have 3, and dt must be d");
   // No memory is reserved for what the file says: to OpenCV a word is the largest integer.
   expectRefused(edited("   rows: 3\n   cols: 1\n", "   rows: 2000000000\n   cols: 100\n"),
                 "extrinsicTranslation is 2000000000 x 100");

@@ -171,8 +171,10 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
   try {
     node >> matrix;
   } catch (const std::exception&) {
-    fail(key, " cannot be read as !!opencv-matrix");
+    fail(key, " cannot be read as !!opencv-matrix: data has ", node["data"].size(),
+         " numbers, must have ", rows * cols, ", and dt must be d");
   }
+  if (matrix.depth() < CV_32F) fail(key, " has dt of whole numbers, must be d");
   if (matrix.channels() != 1) fail(key, " has ", matrix.channels(), " channels, must have one");
   if (transposed) matrix = matrix.t();
   Eigen::MatrixXd result;
