@@ -428,6 +428,10 @@ TEST_F(ConfigErrors, MissingKeysAreNamed) {
   expectRefused(edited("   p2: 0.00002\n", ""), "distortion_parameters.p2 is missing");
   expectRefused(edited("extrinsicRotation", "extrinsic_rotation"), "extrinsicRotation is missing");
   expectRefused(edited("extrinsicTranslation", "tic"), "extrinsicTranslation is missing");
+  expectRefused(edited("td: -0.01", "Td: -0.01"), "Td is not a known key, must be td");
+  expectRefused(edited("   fy: 457.0\n", "   Fy: 457.0\n"),
+                "projection_parameters.Fy is not a known key, must be fy");
+  expectRefused(kHostFile + "Slim_init: {sigma_px: 1}\n", "Slim_init is not a known key");
 }
 
 TEST_F(ConfigErrors, CoefficientsThatTheModelLacksAreNamed) {

@@ -48,7 +48,8 @@ cv::FileNode valueOf(const cv::FileNode& map, const std::string& key, const std:
   if (!map.isMap()) return value;
   bool found = false;
   for (const cv::FileNode& node : map) {
-    if (node.name() != key) continue;
+    if (lower(node.name()) != lower(key)) continue;
+    if (node.name() != key) fail(prefix, node.name(), " is not a known key, must be ", key);
     if (found) fail(prefix, key, " is given twice");
     found = true;
     value = node;
