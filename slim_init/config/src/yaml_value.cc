@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <sstream>
 
 #include "slim_init/feature_tracker_lines/yaml_document.h"
 
@@ -141,26 +143,30 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive dir
   // Tried first, because OpenCV prints to the console about a file it cannot open.
   std::ifstream file(path, std::ios::binary);
   if (!file.is_open()) fail("the file cannot be opened");
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  constexpr char kNotYaml[] =
-      "not a YAML file that OpenCV can read (the first line has to be %YAML:1.0): ";
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  constexpr char kNotYaml[] = "not a YAML file that OpenCV can read: ";
+  if (text.compare(0, 5, "%YAML") != 0) {
+    if (directive == Directive::kRequired) fail(kNotYaml, "it has to begin with %YAML:1.0");
+    text = "%YAML:1.0\n" + text;
+  }
   if (const std::string why = feature_tracker_lines::whyNotOneDocument(text); !why.empty()) {
     fail(kNotYaml, why);
   }
   try {
-    const bool add = directive == Directive::kOptional && text.compare(0, 5, "%YAML") != 0;
     constexpr int kText =
         cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML;
-    auto storage = add ? std::make_unique<cv::FileStorage>("%YAML:1.0\n" + text, kText)
-                       : std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
+    auto storage = std::make_unique<cv::FileStorage>(text, kText);
     if (!storage->isOpened()) fail("the file cannot be read");
     if (!storage->root().empty() && !storage->root().isMap()) fail("the file holds no keys");
     return storage;
   } catch (const cv::Exception& exception) {
-    // exception.err is the parser's message, exception.func "file(line): what".
-    std::string reason = exception.func + " " + exception.err;
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    fail(kNotYaml, reason);
+    // exception.func is "(line): what", exception.err a function of the parser.
+    std::istringstream lines(text);
+    std::string line;
+    for (int i = std::atoi(&exception.func[exception.func.rfind('(') + 1]); i > 0; --i) {
+      std::getline(lines, line);
+    }
+    fail(kNotYaml, "line ", exception.func, ": ", line);
   }
 }
 
