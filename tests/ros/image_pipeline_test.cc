@@ -323,6 +323,8 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
       {{2, 2, 6, "rgb8", colours}, ""},
       {{2, 2, 2, "rgb8"}, "claims to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes"},
       {{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77)}, ""},
+      // Twelve bits of a camera, 240 of 4095.
+      {{2, 2, 4, "mono16", {255, 15, 255, 15, 240, 0, 15, 15}}, ""},
       {{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77), 1}, "has 16-bit pixels, most"},
       {{2, 2, 3, "mono16", colours}, "claims to be 2 x 2"},
       {{2, 2, 4, "yuv422", {128, 9, 128, 9, 128, 77, 128, 77}}, ""},
@@ -338,6 +340,19 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
     if (*said != '\0') continue;
     EXPECT_EQ(problem, "");
     EXPECT_EQ(grey.at<std::uint8_t>(1, 0), message.data.back());
+  }
+}
+
+// A dark image of a 16-bit camera is none of 12 bits.
+TEST(ImageMessageTest, TheScaleOf16BitsIsThatOfTheStream) {
+  const ImageMessage dark{2, 2, 4, "mono16", {0, 8, 0, 8, 0, 8, 0, 8}},
+      bright{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77)};
+  double largest = 0.0;
+  for (const auto& [message, expected] :
+       {std::pair{dark, 128}, {bright, 77}, {dark, 8}, {bright, 77}}) {
+    cv::Mat grey;
+    EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey, &largest), "");
+    EXPECT_EQ(grey.at<std::uint8_t>(0, 0), expected);
   }
 }
 

@@ -50,6 +50,7 @@ class FeatureTrackerLinesNode {
   ros::NodeHandle private_handle_{"~"};
   ImuLimits imu_limits_;
   cv::Size image_size_;
+  double largest_ = 0.0;               // of 16-bit images
   std::int64_t discarded_before_ = 0;  // images, at the last report
   std::unique_ptr<ImagePipeline> pipeline_;
   NodeStreams streams_{{{"imu", &StreamCounts::imu, true}, {"image", &StreamCounts::frames, true}}};
@@ -141,7 +142,9 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
 }
 
 void FeatureTrackerLinesNode::onImage(const sensor_msgs::Image& message) {
-  addImage(message, feature_tracker_lines::decodeImage<sensor_msgs::Image>);
+  addImage(message, [this](const sensor_msgs::Image& image, cv::Mat* grey) {
+    return feature_tracker_lines::decodeImage(image, grey, &largest_);
+  });
 }
 
 void FeatureTrackerLinesNode::onCompressed(const sensor_msgs::CompressedImage& message) {

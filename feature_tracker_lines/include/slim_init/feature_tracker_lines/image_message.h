@@ -52,8 +52,9 @@ inline std::string shownName(const std::string& name) {
 /// Grey image (CV_8UC1, pixels of its own) of a sensor_msgs/Image. Returns an empty string, or the
 /// end of a message ("has encoding ..", "claims to be ..") for an encoding not
 /// listed above and for sizes that contradict each other. May throw what OpenCV throws.
+/// `largest` (may be null): of the 16-bit values of this stream so far, which decides its scale.
 template <typename Image>
-std::string decodeImage(const Image& message, cv::Mat* grey) {
+std::string decodeImage(const Image& message, cv::Mat* grey, double* largest = nullptr) {
   const auto* encoding =
       std::find_if(std::begin(kImageEncodings), std::end(kImageEncodings),
                    [&](const ImageEncoding& known) { return message.encoding == known.name; });
@@ -77,8 +78,14 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
                        encoding->type, const_cast<std::uint8_t*>(message.data.data()),
                        message.step);
   *grey = cv::Mat();
-  if (encoding->to_grey < 0) {
-    pixels.convertTo(*grey, CV_8U, wide ? 255.0 / 65535.0 : 1.0);  // as cv_bridge does
+  if (wide) {
+    // As 16 bits, as cv_bridge takes them, the images of cameras of 10 or 12 bits are dark.
+    double here = 0.0;
+    cv::minMaxLoc(pixels, nullptr, &here);
+    if (largest != nullptr) here = *largest = std::max(*largest, here);
+    pixels.convertTo(*grey, CV_8U, 255.0 / (here > 4095.0 ? 65535.0 : 4095.0));
+  } else if (encoding->to_grey < 0) {
+    *grey = pixels.clone();
   } else {
     cv::cvtColor(pixels, *grey, encoding->to_grey);
   }

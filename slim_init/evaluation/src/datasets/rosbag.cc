@@ -117,7 +117,7 @@ std::int64_t readTwist(const rosbag::MessageInstance& message, SpeedSample* samp
 
 /// Grey image of a message, or a sentence about it.
 template <typename Message>
-std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey) {
+std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey, double* largest) {
   if (!instance.isType<Message>()) return "is of another version of its type";
   std::vector<std::uint8_t> bytes = bytesOf(instance);
   ros::serialization::IStream in = streamOf(&bytes);
@@ -145,7 +145,7 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
   if constexpr (kCompressed) {
     return feature_tracker_lines::decodeCompressedImage(message, grey);
   } else {
-    return feature_tracker_lines::decodeImage(message, grey);
+    return feature_tracker_lines::decodeImage(message, grey, largest);
   }
 }
 
@@ -177,8 +177,8 @@ class BagFile : public ImageSequence {
     std::string problem;
     try {
       problem = message.getDataType() == kImageType
-                    ? decodeMessage<sensor_msgs::Image>(message, &grey)
-                    : decodeMessage<sensor_msgs::CompressedImage>(message, &grey);
+                    ? decodeMessage<sensor_msgs::Image>(message, &grey, &largest_)
+                    : decodeMessage<sensor_msgs::CompressedImage>(message, &grey, &largest_);
     } catch (const std::exception& exception) {
       problem = std::string("cannot be read: ") + exception.what();
     }
@@ -333,6 +333,7 @@ class BagFile : public ImageSequence {
 
   std::string file_;
   rosbag::Bag bag_;
+  double largest_ = 0.0;                                 // of 16-bit images
   std::unique_ptr<rosbag::View> image_view_;             ///< the messages below point into it
   std::vector<rosbag::MessageInstance> image_messages_;  ///< as recorded
   std::vector<std::size_t> message_of_image_;
