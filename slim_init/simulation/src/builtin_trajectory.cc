@@ -11,8 +11,7 @@
 namespace slim_init::simulation {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
-constexpr double kDegree = kPi / 180.0;
+constexpr double kDegree = M_PI / 180.0;
 constexpr double kEyeHeight =
     1.5;  // [m] above the floor z = 0, a person's chest or a drone indoors
 
@@ -39,7 +38,7 @@ struct Wave {
   Jet at(double t) const {
     Jet jet{offset + rate * t, rate, 0.0};
     for (const Sinusoid& term : terms) {
-      const double omega = 2.0 * kPi * term.frequency_hz;
+      const double omega = 2.0 * M_PI * term.frequency_hz;
       const double angle = omega * t + term.phase;
       const double s = term.amplitude * std::sin(angle);
       jet.value += s;
@@ -102,7 +101,7 @@ class AnalyticTrajectory : public Trajectory {
 class Phases {
  public:
   Phases(unsigned seed, const std::string& name) : random_(seed, ("trajectory/" + name).c_str()) {}
-  double next() { return random_.uniform(0.0, 2.0 * kPi); }
+  double next() { return random_.uniform(0.0, 2.0 * M_PI); }
   Sinusoid wave(double amplitude, double frequency_hz) { return {amplitude, frequency_hz, next()}; }
 
  private:
@@ -129,7 +128,7 @@ Motion circle(Phases phases) {
   constexpr double kTurnsPerSecond = 0.125;
   const double phase = phases.next();
   Motion m;
-  m.x.terms = {{kRadius, kTurnsPerSecond, phase + 0.5 * kPi}, phases.wave(0.08, 0.37)};
+  m.x.terms = {{kRadius, kTurnsPerSecond, phase + 0.5 * M_PI}, phases.wave(0.08, 0.37)};
   m.y.terms = {{kRadius, kTurnsPerSecond, phase}, phases.wave(0.08, 0.41)};
   m.z = {kEyeHeight, 0.0, {phases.wave(0.30, 0.21), phases.wave(0.04, 0.63)}};
   m.yaw.terms = {phases.wave(0.30, 0.08), phases.wave(0.08, 0.33)};

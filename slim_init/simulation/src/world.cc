@@ -256,8 +256,7 @@ void addSegments(const Style& style, const std::array<double, 3>& axis_weights, 
       const double length = random.uniform(kMinSegment, style.max_segment);
       Eigen::Vector3d direction = Eigen::Vector3d::Zero();
       if (is_free) {
-        constexpr double kPi = 3.141592653589793;
-        const double angle = random.uniform(0.0, kPi);
+        const double angle = random.uniform(0.0, M_PI);
         direction[(s.normal + 1) % 3] = std::cos(angle);
         direction[(s.normal + 2) % 3] = std::sin(angle);
       } else {

@@ -23,7 +23,7 @@ Eigen::Vector2d EquidistantView::project(const Eigen::Vector3d& direction) const
 
 bool makeEquidistantView(const feature_tracker_lines::Camera& camera, EquidistantView* view,
                          std::string* error) {
-  constexpr double kMaxAngle = 87.5 * 3.141592653589793 / 180.0;
+  constexpr double kMaxAngle = 87.5 * M_PI / 180.0;
   constexpr double kMargin = 2.0;  // [px], for the resampling
   const auto& parameters = camera.parameters();
   Eigen::Vector2d largest = Eigen::Vector2d::Zero();

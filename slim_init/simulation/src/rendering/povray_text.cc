@@ -16,8 +16,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.141592653589793;
-
 std::string vec(const Vector3d& v) {
   return roundedText(12, '<', v.x(), ',', v.y(), ',', v.z(), '>');
 }
@@ -73,7 +71,7 @@ Matrix3d patternAxes(const Solid& solid, double angle_deg) {
     case 1: axes << -1, 0, 0, 0, 0, 1, 0, 1, 0; break;  // -x, z, y
     default: axes << 1, 0, 0, 0, 1, 0, 0, 0, 1; break;  // x, y, z
   }
-  return axes * Eigen::AngleAxisd(angle_deg * kPi / 180.0, Vector3d::UnitZ()).toRotationMatrix();
+  return axes * Eigen::AngleAxisd(angle_deg * M_PI / 180.0, Vector3d::UnitZ()).toRotationMatrix();
 }
 
 void writeSolid(const Solid& solid, const Look& look, int index, std::ostream& out) {
@@ -101,8 +99,8 @@ void writeSolid(const Solid& solid, const Look& look, int index, std::ostream& o
   }
   out << "}";
   if (solid.yaw_deg != 0.0) {
-    const double c = std::cos(solid.yaw_deg * kPi / 180.0);
-    const double s = std::sin(solid.yaw_deg * kPi / 180.0);
+    const double c = std::cos(solid.yaw_deg * M_PI / 180.0);
+    const double s = std::sin(solid.yaw_deg * M_PI / 180.0);
     out << " matrix<" << c << ',' << s << ",0," << -s << ',' << c << ",0,0,0,1,0,0,0>";
   }
   out << " translate " << vec(solid.center) << "}\n";
@@ -148,7 +146,7 @@ std::string povrayText(const Scene& scene, const EquidistantView& view,
   out << "#declare I=frame_number-1;\n"
       << "camera{fisheye location Location[I] direction Forward[I] right Right[I]*"
       << view.width / circle << " up Up[I]*" << view.height / circle << " angle "
-      << view.full_angle_rad * 180.0 / kPi << "}\n";
+      << view.full_angle_rad * 180.0 / M_PI << "}\n";
   return out.str();
 }
 
