@@ -1,9 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
+#include "geometry/robust.h"
 #include "rotation/robust_bias.h"
 
 namespace slim_init {
@@ -27,11 +25,6 @@ inline RobustBias robustBiasOf(const InitWindow& window,
 
 inline double relativeError(const Eigen::Vector3d& estimate, const Eigen::Vector3d& truth) {
   return (estimate - truth).norm() / truth.norm();
-}
-
-inline double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 }  // namespace slim_init
