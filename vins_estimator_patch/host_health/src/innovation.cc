@@ -56,8 +56,8 @@ constexpr double kLeastReach = 1e-3;  // [m]
 // Pose of the newest optimized frame against the places, besides the noise of the tracks.
 constexpr double kFrameTheta = 5e-4;     // [rad]
 constexpr double kFramePosition = 1e-3;  // [m]
-// What extrinsic rotation, td and scale of the gyroscope that are off add to a turn: 2 deg, 15 ms.
-constexpr double kRigError = 0.03;
+// Scale error and time offset of the gyroscope, of the angle that the body has turned by.
+constexpr double kGyroScale = 0.01;
 // A pose of which the tracks say nothing.
 constexpr double kWeakTheta = 1.0;      // [rad]
 constexpr double kWeakPosition = 10.0;  // [m]
@@ -323,14 +323,16 @@ struct Prediction {
 
 // The direction of gravity is not exact in the host's world, but the attitude of its last state is:
 // the tilt of healthyCovariance() moves the prediction and does not turn it.
-Prediction predictionOf(const PropagatedState& propagated) {
+Prediction predictionOf(const PropagatedState& propagated, const NavState& last) {
   Prediction prediction;
   prediction.state = propagated.state;
   const Eigen::Vector3d tilt = healthyCovariance().diagonal().head<3>();
   const Eigen::Vector3d theta = propagated.covariance.diagonal().head<3>();
+  const double turned = logOf(last.R_w_b.transpose() * propagated.state.R_w_b).norm();
   prediction.covariance.setZero();
-  prediction.covariance.diagonal().head<3>() =
-      (theta - tilt).cwiseMax(0.0).array() + kFrameTheta * kFrameTheta;
+  prediction.covariance.diagonal().head<3>() = (theta - tilt).cwiseMax(0.0).array() +
+                                               kFrameTheta * kFrameTheta +
+                                               std::pow(kGyroScale * turned, 2);
   prediction.covariance.bottomRightCorner<3, 3>() = propagated.covariance.block<3, 3>(6, 6);
   prediction.covariance.diagonal().tail<3>().array() += kFramePosition * kFramePosition;
   return prediction;
@@ -458,11 +460,7 @@ Difference differenceOf(const NavState& pose, const Matrix6d& covariance,
                         const Prediction& prediction, const InnovationInput& frame,
                         const TrackTrust& trust) {
   const double interval = frame.interval();
-  Matrix6d expected = prediction.covariance + ofImages(pose, covariance, frame.optimized);
-  // The turn is that of the poses before: damage of the gyroscope would excuse itself.
-  const NavState &last = frame.optimized.back(), &before = (&last)[-1];
-  const double turned = logOf(before.R_w_b.transpose() * last.R_w_b).norm() / (last.t - before.t);
-  expected.diagonal().head<3>().array() += std::pow(kRigError * turned * interval, 2);
+  const Matrix6d expected = prediction.covariance + ofImages(pose, covariance, frame.optimized);
   Difference result;
   result.d = difference(pose, prediction.state);
   result.mahalanobis = mahalanobis(result.d, expected);
@@ -519,7 +517,7 @@ std::string sentenceOf(const Innovation& result) {
 bool compareTo(const InnovationInput& frame, const TrackTrust& trust, Innovation* result) {
   // A part of the tracks was where the IMU is, and the pose of the images is another minimum.
   if (result->culprit == Culprit::kNone && result->mahalanobis >= kLargestMahalanobis) return true;
-  const Prediction prediction = predictionOf(frame.predicted);
+  const Prediction prediction = predictionOf(frame.predicted, frame.optimized.back());
   const Difference other =
       differenceOf(result->images, result->covariance, prediction, frame, trust);
   result->error = other.error;
@@ -587,7 +585,7 @@ Innovation innovationOf(const InnovationInput& frame, const TrackTrust& trust) {
     result.message = sentenceOf(result);
     return result;
   }
-  const Prediction prediction = predictionOf(predicted);
+  const Prediction prediction = predictionOf(predicted, optimized.back());
   const Fits fits = fitBoth(PoseSolver(scene, frame.calibration), prediction, optimized);
   result.agree_imu = fits.allowed ? fits.imu.fraction : 0.0;
   result.agree_images = fits.images.fraction;
