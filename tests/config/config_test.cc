@@ -420,8 +420,7 @@ TEST_F(ConfigErrors, MissingAndMalformedFiles) {
   expectRefused(edited("0., 0., 1.]", "0., 0., 1.\n"), "not a YAML file");
   expectRefused("%YAML:1.0\n", "model_type is missing");
   // With the line as it stands there: a comma in a number is "incorrect indentation" to OpenCV.
-  expectRefused(edited("fx: 458.0", "fx: 458,0"),
-                ": line (11): Incorrect indentation:    fx: 458,0");
+  expectRefused(edited("fx: 458.0", "fx: 458,0"), ": line 11: Incorrect indentation:    fx: 458,0");
 }
 
 TEST_F(ConfigErrors, MissingKeysAreNamed) {
@@ -454,7 +453,6 @@ TEST_F(ConfigErrors, BadHostValues) {
                 "image_width is \"wide\", must be a whole number");
   expectRefused(edited("fx: 458.0", "fx: -458.0"),
                 "projection_parameters.fx is -458, must be in [1, 100000]");
-  // Of another resolution.
   expectRefused(edited("752\nimage_height: 480", "1504\nimage_height: 960"),
                 "projection_parameters.cx / width is 0.244");
   expectRefused(edited("752\nimage_height: 480", "376\nimage_height: 256"),

@@ -148,6 +148,7 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
        "gyro_density"},
       {"body", "imu0/sensor.yaml", "data: [1", "data: [0.5", "T_BS is not the identity"},
       {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", "not a YAML file"},
+      {"line", "imu0/sensor.yaml", "%YAML:1.0\n", "# IMU\nx: 3,0\n", "line 2:|x: 3,0"},
       {"documents", "imu0/sensor.yaml", "T_BS:", "...\n- 4\nT_BS:", "comes after the end"},
   };
   for (const BadSensor& bad : cases) {

@@ -335,7 +335,8 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
       {{kMost, kMost, kMost}, "claims to be "}};
   for (const auto& [message, said] : cases) {
     cv::Mat grey;
-    const std::string problem = feature_tracker_lines::decodeImage(message, &grey);
+    double largest = 0.0;
+    const std::string problem = feature_tracker_lines::decodeImage(message, &grey, &largest);
     EXPECT_EQ(problem.rfind(said, 0), 0u) << problem;
     if (*said != '\0') continue;
     EXPECT_EQ(problem, "");
@@ -386,8 +387,9 @@ TEST(ImageMessageTest, BayerPatternsHaveTheirColours) {
       const std::string name = "bayer_" + pattern;
       const ImageMessage raw{8, 8, 8, name + "8", {mosaic.datastart, mosaic.dataend}};
       cv::Mat wide, grey, grey8, grey16;
+      double largest = 0.0;
       mosaic.convertTo(wide, CV_16U, 257.0);
-      EXPECT_EQ(feature_tracker_lines::decodeImage(raw, &grey), "");
+      EXPECT_EQ(feature_tracker_lines::decodeImage(raw, &grey, &largest), "");
       for (const int at : {3, 4}) EXPECT_NEAR(grey.at<std::uint8_t>(at, at), expected, 1);
       const CompressedMessage message8 = compressed(name + "8; png compressed ", mosaic);
       EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message8, &grey8), "");

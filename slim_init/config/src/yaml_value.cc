@@ -145,10 +145,9 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive dir
   if (!file.is_open()) fail("the file cannot be opened");
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   constexpr char kNotYaml[] = "not a YAML file that OpenCV can read: ";
-  if (text.compare(0, 5, "%YAML") != 0) {
-    if (directive == Directive::kRequired) fail(kNotYaml, "it has to begin with %YAML:1.0");
-    text = "%YAML:1.0\n" + text;
-  }
+  const bool add = text.compare(0, 5, "%YAML") != 0;
+  if (add && directive == Directive::kRequired) fail(kNotYaml, "it has to begin with %YAML:1.0");
+  if (add) text = "%YAML:1.0\n" + text;
   if (const std::string why = feature_tracker_lines::whyNotOneDocument(text); !why.empty()) {
     fail(kNotYaml, why);
   }
@@ -161,12 +160,12 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive dir
     return storage;
   } catch (const cv::Exception& exception) {
     // exception.func is "(line): what", exception.err a function of the parser.
+    const std::string& what = exception.func;
+    const int number = std::atoi(&what[what.find('(') + 1]);
     std::istringstream lines(text);
     std::string line;
-    for (int i = std::atoi(&exception.func[exception.func.rfind('(') + 1]); i > 0; --i) {
-      std::getline(lines, line);
-    }
-    fail(kNotYaml, "line ", exception.func, ": ", line);
+    for (int i = 0; i < number; ++i) std::getline(lines, line);
+    fail(kNotYaml, "line ", add ? number - 1 : number, what.substr(what.find(')') + 1), ": ", line);
   }
 }
 

@@ -101,11 +101,12 @@ std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double inter
     const double half =
         averages ? std::min({0.5 * interval, t - imu.front().t, imu.back().t - t}) : 0.0;
     ImuSample sample;
-    const bool known = meanAt(imu, t, half, max_step, &sample);
-    if (known) samples.push_back(sample);
-    // A gap may be one of decades.
-    const double next = sampleAfter(imu, t)->t - imu.front().t;
-    if (!known) k = std::max(k, static_cast<std::int64_t>(next / interval) - 1);
+    if (meanAt(imu, t, half, max_step, &sample)) {
+      samples.push_back(sample);
+    } else {  // a gap may be one of decades
+      const double next = sampleAfter(imu, t)->t - imu.front().t;
+      k = std::max(k, static_cast<std::int64_t>(next / interval) - 1);
+    }
   }
   return samples;
 }

@@ -29,10 +29,10 @@ struct RefinedWindow {
   Eigen::VectorXd visual_gradient;     ///< VisualInertialProblem::visualGradient()
   /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
   double chi2 = 0.0;
-  /// Cost of the IMU factors and bias priors per residual row, after the second solve.
+  /// Cost of the IMU factors and bias priors per residual row, after the last solve.
   double inertial_chi2 = 0.0;
   double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
-  /// Of points behind the camera after the first solve; also if the second one failed.
+  /// Of points behind the camera after the first solve; also if a later one failed.
   double behind_fraction = 0.0;
   double sigma_px = 0.0;       ///< noise of a point estimated from the data, floored [px]
   double sigma_line_px = 0.0;  ///< the same of a line end point

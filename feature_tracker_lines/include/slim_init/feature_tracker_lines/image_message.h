@@ -52,9 +52,9 @@ inline std::string shownName(const std::string& name) {
 /// Grey image (CV_8UC1, pixels of its own) of a sensor_msgs/Image. Returns an empty string, or the
 /// end of a message ("has encoding ..", "claims to be ..") for an encoding not
 /// listed above and for sizes that contradict each other. May throw what OpenCV throws.
-/// `largest` (may be null): of the 16-bit values of this stream so far, which decides its scale.
+/// `largest` of the 16-bit values of this stream so far decides their scale; 0 at the begin.
 template <typename Image>
-std::string decodeImage(const Image& message, cv::Mat* grey, double* largest = nullptr) {
+std::string decodeImage(const Image& message, cv::Mat* grey, double* largest) {
   const auto* encoding =
       std::find_if(std::begin(kImageEncodings), std::end(kImageEncodings),
                    [&](const ImageEncoding& known) { return message.encoding == known.name; });
@@ -82,8 +82,8 @@ std::string decodeImage(const Image& message, cv::Mat* grey, double* largest = n
     // As 16 bits, as cv_bridge takes them, the images of cameras of 10 or 12 bits are dark.
     double here = 0.0;
     cv::minMaxLoc(pixels, nullptr, &here);
-    if (largest != nullptr) here = *largest = std::max(*largest, here);
-    pixels.convertTo(*grey, CV_8U, 255.0 / (here > 4095.0 ? 65535.0 : 4095.0));
+    *largest = std::max(*largest, here);
+    pixels.convertTo(*grey, CV_8U, 255.0 / (*largest > 4095.0 ? 65535.0 : 4095.0));
   } else if (encoding->to_grey < 0) {
     *grey = pixels.clone();
   } else {
