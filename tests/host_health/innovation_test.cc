@@ -635,24 +635,53 @@ TEST(InnovationMonitor, BlindnessEnds) {
   EXPECT_GE(blind, 45);
 }
 
-// Damage that has just passed spoils the pose of its frame, which takes the places of all tracks.
+// Damage that has just passed spoils the pose of its frame, which takes the places of all tracks;
+// whether that frame was found damaged or not.
 TEST(InnovationMonitor, AFrameThatDamageHasSpoiledIsNotAViewThatMoves) {
   constexpr int kLast = 17;
   for (unsigned seed = 1; seed <= 10; ++seed) {
     for (const double metres : {0.04, 0.08, 0.2}) {
-      SCOPED_TRACE(std::to_string(metres) + " m, seed " + std::to_string(seed));
-      Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
-      InnovationMonitor monitor;
-      for (int k = kHostFrames; k <= kLast; ++k) flight.judged(k, &monitor);
-      flight.disturb(flight.truth[kLast].t, 1e9, [](ImuSample* one) { one->accel.x() += 15.0; });
-      flight.states[kLast].p_w_b.x() += metres;
-      flight.states[kLast].v_w_b.x() += 10.0 * metres;
-      flight.states[kLast].R_w_b *= expSO3(Eigen::Vector3d(0.0, 0.007, 0.0));
-      const Innovation next = flight.judged(kLast + 1, &monitor);
-      EXPECT_EQ(next.culprit, Culprit::kImu) << next.message;
-      EXPECT_DOUBLE_EQ(next.damaged_since, flight.truth[kLast - 1].t);
-      EXPECT_TRUE(next.moving.empty());
-      EXPECT_LT((next.best.p_w_b - flight.truth[kLast + 1].p_w_b).norm(), 0.05);
+      for (const bool found : {false, true}) {
+        SCOPED_TRACE(std::to_string(metres) + " m, seed " + std::to_string(seed) +
+                     (found ? ", found" : ""));
+        Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+        InnovationMonitor monitor;
+        const auto push = [](ImuSample* one) { one->accel.x() += 15.0; };
+        if (found) flight.disturb(flight.truth[kLast - 1].t, flight.truth[kLast].t, push);
+        for (int k = kHostFrames; k < kLast; ++k) flight.judged(k, &monitor);
+        EXPECT_EQ(flight.judged(kLast, &monitor).accusesImu(), found);
+        flight.disturb(flight.truth[kLast].t, 1e9, push);
+        flight.states[kLast].p_w_b.x() += metres;
+        flight.states[kLast].v_w_b.x() += 10.0 * metres;
+        flight.states[kLast].R_w_b *= expSO3(Eigen::Vector3d(0.0, 0.007, 0.0));
+        const Innovation next = flight.judged(kLast + 1, &monitor);
+        EXPECT_EQ(next.culprit, Culprit::kImu) << next.message;
+        EXPECT_DOUBLE_EQ(next.damaged_since, flight.truth[kLast - 1].t);
+        EXPECT_TRUE(next.moving.empty());
+        EXPECT_LT((next.best.p_w_b - flight.truth[kLast + 1].p_w_b).norm(), 0.05);
+      }
+    }
+  }
+}
+
+// Frames without known tracks do not end damage until it has lasted twice as long, the interval
+// before it was found included; and they do not begin it.
+TEST(InnovationMonitor, DamageGoesOnWhereNothingIsKnown) {
+  constexpr int kLast = 20;
+  for (const int damaged : {0, 1, 4}) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx));
+    if (damaged > 0) {
+      flight.disturb(flight.truth[kLast - damaged].t, 1e9,
+                     [](ImuSample* one) { one->accel.x() += 15.0; });
+    }
+    for (std::size_t k = kLast + 1; k < flight.frames.size(); ++k) flight.frames[k].points.clear();
+    for (const auto& [k, result] : flight.watch()) {
+      if (k <= kLast) continue;
+      SCOPED_TRACE(std::to_string(damaged) + ", " + std::to_string(k) + ": " + result.message);
+      EXPECT_EQ(result.culprit, Culprit::kNotJudged);
+      EXPECT_EQ(result.goes_on, damaged > 0 && k <= kLast + damaged + 1);
+      EXPECT_EQ(result.accusesImu(), result.goes_on);
+      EXPECT_EQ(result.accel_sigma > 10.0, result.goes_on);
     }
   }
 }

@@ -676,8 +676,20 @@ Innovation InnovationMonitor::judge(const InnovationInput& frame, bool uncertain
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(frame, trust);
+  if (result.culprit != Culprit::kNotJudged) {
+    judged_ = t;
+    if (!damaged_) damaged_since_ = result.damaged_since;
+  } else if (damaged_ && !frame.optimized.empty() &&
+             t - judged_ < judged_ - damaged_since_ + kSameTime) {
+    result.goes_on = suspicious_ = true;
+    result.error = error_;
+    setSizes(&result);
+    result.damaged_since = frame.optimized.back().t;
+    result.message += ", and the IMU data of the frame before are inconsistent";
+  }
   damaged_ = result.accusesImu();
-  agreed_ = !damaged_ && result.agree_imu >= kNearlyAll;
+  // Damage spoils the poses of its frames, which then take the places of all tracks.
+  agreed_ = (damaged_ ? result.agree_images : result.agree_imu) >= kNearlyAll;
   if (result.culprit == Culprit::kImages) {
     if (!(t - moved_ < kLongestBlind)) moves_since_ = t;
     moved_ = t;

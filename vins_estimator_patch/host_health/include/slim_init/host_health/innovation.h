@@ -52,14 +52,18 @@ struct Innovation {
   /// world [rad/s, m/s^2].
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
   /// Size of the error that the IMU data have had since `damaged_since`, for
-  /// ImuScreen::addDamage(); zero unless kImu or kUnclear.
+  /// ImuScreen::addDamage(); zero unless accusesImu().
   double accel_sigma = 0.0;             ///< [m/s^2]
   double gyro_sigma = 0.0;              ///< [rad/s]
   double damaged_since = kNotComputed;  ///< [s]
-  std::string message;                  ///< one sentence with values and limits
+  /// The frame is not judged, and the one before was damaged: the damage is assumed to go on.
+  bool goes_on = false;
+  std::string message;  ///< one sentence with values and limits
 
   /// The IMU data of the interval are not to be believed.
-  bool accusesImu() const { return culprit == Culprit::kImu || culprit == Culprit::kUnclear; }
+  bool accusesImu() const {
+    return culprit == Culprit::kImu || culprit == Culprit::kUnclear || goes_on;
+  }
 };
 
 /// Host and tracker add to the noise of a track, by no more than this factor.
@@ -70,8 +74,9 @@ struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
-  /// Nearly all known tracks of the last optimized frame agreed with the IMU. If most of them lose
-  /// their place at once, its pose is the cause, and the poses before it count.
+  /// Nearly all known tracks of the last optimized frame agreed with the IMU, or with one pose if
+  /// the IMU was damaged. If most of them lose their place at once, its pose is the cause, and the
+  /// poses before it count.
   bool agreed = false;
   /// Most of the view has been replaced at once: its tracks cannot speak against the IMU.
   bool replaced = false;
@@ -113,8 +118,8 @@ Innovation innovationOf(const InnovationInput& frame, const TrackTrust& trust = 
 /// That finds damage too small for the other test, tells a host with an incorrect velocity
 /// (kUnclear) from damage, and finds damage that goes on in each frame: after a damaged interval
 /// the velocity of the poses alone is used, and it goes on if that is likelier than that it has
-/// ended. If all of the image moves for more than 5 s the frame is kUnclear: the host's poses may
-/// as well be incorrect. Not thread-safe.
+/// ended; where no frame can be judged, for as long as it has lasted. If all of the image moves for
+/// more than 5 s the frame is kUnclear: the host's poses may as well be incorrect. Not thread-safe.
 class InnovationMonitor {
  public:
   /// As innovationOf(); the prediction is without widening of its velocity. `uncertain`: the IMU
@@ -148,9 +153,11 @@ class InnovationMonitor {
   Eigen::Matrix<double, 6, 1> error_ = Eigen::Matrix<double, 6, 1>::Zero();  // Innovation::error
   // A part of the image did, from and to [s]; interruptions of less than kLongestBlind count.
   double moves_since_ = kNotComputed, moved_ = kNotComputed;
-  double blind_since_ = kNotComputed;  // [s]
-  double noise_ = kNotComputed;        // of healthy frames
-  std::set<FeatureId> moving_;         // of the newest frame, if that was blind
+  double blind_since_ = kNotComputed;    // [s]
+  double judged_ = kNotComputed;         // the last frame that was, and since when the IMU had been
+  double damaged_since_ = kNotComputed;  // damaged then [s]
+  double noise_ = kNotComputed;          // of healthy frames
+  std::set<FeatureId> moving_;           // of the newest frame, if that was blind
   double trusted_since_ = -std::numeric_limits<double>::infinity();  // [s]
   double replaced_ = -std::numeric_limits<double>::infinity();       // most of the view [s]
 };
