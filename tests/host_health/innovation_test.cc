@@ -766,6 +766,25 @@ TEST(InnovationMonitor, AWrongVelocityOfTheHostIsNotTheImu) {
   for (int k = 22; k < 40; ++k) EXPECT_EQ(results.at(k).culprit, Culprit::kNone) << k;
 }
 
+// Of an extrinsic rotation that is off by 3 deg the gyroscope differs from the images with every
+// turn.
+TEST(InnovationMonitor, AMiscalibratedRigIsNoDamage) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    ExactWindowOptions options = atTenHertz(60);
+    options.pixel_noise = kNoisePx;
+    options.imu_noise = true;
+    options.seed = seed;
+    const Eigen::Vector3d rate = 3.0 * makeExactWindow(options).calibration.R_b_c.col(2);
+    options.angular_rate = [rate](double) { return rate; };
+    Flight flight(makeExactWindow(options));
+    const Eigen::Vector3d added = expSO3(Eigen::Vector3d(0.034, -0.034, 0.03)) * rate - rate;
+    flight.disturb(0.0, 1e9, [&added](ImuSample* one) { one->gyro += added; });
+    for (const auto& [k, result] : flight.watch()) {
+      EXPECT_FALSE(result.accusesImu()) << k << ": " << result.message;
+    }
+  }
+}
+
 // What a widened prediction allows is no alarm.
 TEST(Innovation, KnownDamageIsAllowed) {
   Flight flight(flightOf(Motion::kExcited, kNoisePx));

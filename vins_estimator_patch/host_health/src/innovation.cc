@@ -58,6 +58,8 @@ constexpr double kFrameTheta = 5e-4;     // [rad]
 constexpr double kFramePosition = 1e-3;  // [m]
 // Scale error and time offset of the gyroscope, of the angle that the body has turned by.
 constexpr double kGyroScale = 0.01;
+// An extrinsic rotation that is off adds to each turn, of the angle of the turn: about 2 deg.
+constexpr double kRigError = 0.03;
 // A pose of which the tracks say nothing.
 constexpr double kWeakTheta = 1.0;      // [rad]
 constexpr double kWeakPosition = 10.0;  // [m]
@@ -460,11 +462,15 @@ Difference differenceOf(const NavState& pose, const Matrix6d& covariance,
                         const Prediction& prediction, const InnovationInput& frame,
                         const TrackTrust& trust) {
   const double interval = frame.interval();
-  const Matrix6d expected = prediction.covariance + ofImages(pose, covariance, frame.optimized);
+  Matrix6d expected = prediction.covariance + ofImages(pose, covariance, frame.optimized);
   Difference result;
   result.d = difference(pose, prediction.state);
   result.mahalanobis = mahalanobis(result.d, expected);
   result.error << result.d.head<3>() / interval, 2.0 * result.d.tail<3>() / (interval * interval);
+  // The turn is that of the poses before: damage of the gyroscope would excuse itself.
+  const NavState &last = frame.optimized.back(), &before = (&last)[-1];
+  const double turned = logOf(before.R_w_b.transpose() * last.R_w_b).norm() / (last.t - before.t);
+  expected.diagonal().head<3>().array() += std::pow(kRigError * turned * interval, 2);
   result.goes_on = goesOn(result.d, interval, expected, trust);
   return result;
 }
