@@ -44,7 +44,8 @@ with libsensor-msgs-dev, or ROS")
   endif()
 endif()
 
-if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_TESTS)
+# Of the program alone: a host links none of it.
+if(SLIM_INIT_BUILD_TOOLS OR SLIM_INIT_BUILD_TESTS)
   # Ceres 1.14 to 2.2: Ceres::ceres since 2.0, plain `ceres` before. Its package file calls a
   # request for 1.14 unmet by 2.x, so the version is not asked for there.
   find_package(Ceres QUIET)
@@ -57,11 +58,11 @@ if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_TESTS)
       Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES "${CERES_LIBRARIES}"
                               INTERFACE_INCLUDE_DIRECTORIES "${CERES_INCLUDE_DIRS}")
   endif()
+  slim_init_require(Ceres_FOUND "Ceres Solver >= 1.14" libceres-dev
+                    "SLIM_INIT_BUILD_TESTS=OFF -DSLIM_INIT_BUILD_TOOLS")
 endif()
 
 if(SLIM_INIT_BUILD_TESTS)
-  slim_init_require(Ceres_FOUND "Ceres Solver >= 1.14" libceres-dev SLIM_INIT_BUILD_TESTS)
-
   # CMake's module rather than GoogleTest's package file: that of 1.10 insists on GoogleMock, which
   # Debian 11 and Ubuntu 20.04 keep in another package. Before CMake 3.20 it said GTest::Main.
   find_package(GTest QUIET MODULE)

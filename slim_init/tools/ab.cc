@@ -11,15 +11,13 @@
 #include "methods.h"
 #include "progress_bar.h"
 #include "python_report.h"
+#include "slim_init/backend/downstream.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
 #include "slim_init/text.h"
 #include "slim_init/version.h"
 #include "subcommand.h"
-#ifdef SLIM_INIT_HAS_BACKEND
-#include "slim_init/backend/downstream.h"
-#endif
 
 namespace slim_init::tools {
 namespace {
@@ -44,21 +42,6 @@ std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& optio
            " none at the times of an estimate, ", counts.invalid, " were refused");
   for (const std::string& note : loaded.sequence.notes) message += "; " + note;
   return message;
-}
-
-/// The back end of --downstream.
-void setDownstream(const AbOptions& options, evaluation::ProtocolOptions* protocol) {
-#ifdef SLIM_INIT_HAS_BACKEND
-  if (!(options.downstream_s > 0.0)) return;
-  protocol->downstream = [seconds = options.downstream_s](const evaluation::Sequence& sequence,
-                                                          const Calibration& calibration,
-                                                          const InitResult& answer) {
-    return backend::runDownstream(sequence, calibration, answer, seconds);
-  };
-#else
-  (void)options;
-  (void)protocol;
-#endif
 }
 
 /// What was run.
@@ -86,20 +69,6 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
   return info;
 }
 
-/// Reads the files that the options name and checks everything that can be known before the data
-/// are read.
-void prepare(AbOptions* options) {
-  readConfiguration(options);
-  checkAbOptions(options);
-#ifndef SLIM_INIT_HAS_BACKEND
-  if (options->downstream_s > 0.0) {
-    check(
-        "--downstream: this program was built without the back end, which needs Ceres Solver "
-        "(libceres-dev)");
-  }
-#endif
-}
-
 evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   evaluation::ProtocolOptions protocol;
   protocol.stride = options.stride;
@@ -109,7 +78,13 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   protocol.first_keyframes = options.first_keyframes;
   protocol.threads = options.threads;
   protocol.rig = options.rig;
-  setDownstream(options, &protocol);
+  if (options.downstream_s > 0.0) {
+    protocol.downstream = [seconds = options.downstream_s](const evaluation::Sequence& sequence,
+                                                           const Calibration& calibration,
+                                                           const InitResult& answer) {
+      return backend::runDownstream(sequence, calibration, answer, seconds);
+    };
+  }
   return protocol;
 }
 
@@ -124,7 +99,8 @@ evaluation::ProtocolResult solveWindows(const AbOptions& options, const LoadedSe
 }
 
 int runAb(AbOptions options) {
-  prepare(&options);
+  readConfiguration(&options);
+  checkAbOptions(&options);
   const std::vector<Method> methods = makeMethods(options);
   const LoadedSequence loaded = loadSequence(options);
   std::vector<std::string> notes = options.file_notes;

@@ -77,7 +77,7 @@ std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& l
                                    const BaselineOptions& baseline_options) {
   std::string error;
   std::unique_ptr<WindowSolver> solver =
-      baselines::makeMethod(name, options, baseline_options, &error, knownMethods());
+      baselines::makeMethod(name, options, baseline_options, &error, baselines::allMethods());
   if (solver == nullptr) throw Failure(kExitInternal, label + error);
   return solver;
 }

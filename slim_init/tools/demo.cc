@@ -6,7 +6,6 @@
 #include "command_line.h"
 #include "exit_code.h"
 #include "load_sequence.h"
-#include "methods.h"
 #include "python_report.h"
 #include "subcommand.h"
 
@@ -27,15 +26,6 @@ struct DemoCommand {
 const Words kHomeMade = {"--td-error", "0.02", "--extrinsic-error", "2",
                          "--imu-rate", "100",  "--imu-dropout",     "0.02"};
 
-/// Those of the demo's methods that this build has.
-std::string demoMethods() {
-  std::string list;
-  for (const char* name : {"slim", "vins", "openvins"}) {
-    if (contains(methodNames(), name)) list += (list.empty() ? "" : ",") + std::string(name);
-  }
-  return list;
-}
-
 Words sourceOf(const DemoCommand& command) {
   const auto stride = [&command](int usual) {
     return std::to_string(command.stride > 0 ? command.stride : usual);
@@ -50,8 +40,8 @@ int compare(const DemoCommand& command, const Words& errors, const std::string& 
   Words words = sourceOf(command);
   words.insert(words.begin(), "ab");
   words.insert(words.end(), errors.begin(), errors.end());
-  words.insert(words.end(), {"--methods", demoMethods(), "--gates", "own", "--keyframes", "10",
-                             "--report", "off", "--out", out});
+  words.insert(words.end(), {"--methods", "slim,vins,openvins", "--gates", "own", "--keyframes",
+                             "10", "--report", "off", "--out", out});
   if (command.quiet) words.emplace_back("--quiet");
   CommandLine line;
   if (const std::string error = parseCommandLine(words, &line); !error.empty()) {

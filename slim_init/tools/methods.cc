@@ -9,22 +9,14 @@
 
 namespace slim_init::tools {
 
-const std::vector<baselines::Method>& knownMethods() {
-#ifdef SLIM_INIT_HAS_CERES_BASELINES
-  return baselines::allMethods();
-#else
-  return baselines::methods();
-#endif
-}
-
 const std::vector<std::string>& methodNames() {
-  static const std::vector<std::string> kNames = baselines::namesOf(knownMethods());
+  static const std::vector<std::string> kNames = baselines::namesOf(baselines::allMethods());
   return kNames;
 }
 
 Subcommand methodsSubcommand() {
   return {"methods", "List the methods with a line each", {}, [](const Typed& /*typed*/) {
-            for (const baselines::Method& method : knownMethods()) {
+            for (const baselines::Method& method : baselines::allMethods()) {
               std::cout << "  " << std::left << std::setw(12) << method.name << method.description
                         << "\n";
             }

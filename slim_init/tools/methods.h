@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The methods that this build of the programs can run.
+// The methods that the programs run.
 #pragma once
 
 #include <memory>
@@ -13,10 +13,7 @@ namespace slim_init::tools {
 
 struct AbOptions;
 
-/// baselines::allMethods(), or baselines::methods() in a build without Ceres or OpenCV.
-const std::vector<baselines::Method>& knownMethods();
-
-/// Their names, in the order in which reports list them.
+/// Names of baselines::allMethods(), in the order in which reports list them.
 const std::vector<std::string>& methodNames();
 
 /// A method as it is run and reported.

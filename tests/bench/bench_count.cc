@@ -87,7 +87,7 @@ int runCountCommand(const std::vector<std::string>& arguments) {
   options.window.keyframes = options.window.min_keyframes = evaluation::paperWindow().keyframes;
   for (const std::string& name : splitList(methods)) {
     std::string problem;
-    const auto solver = baselines::makeMethod(name, options, {}, &problem, knownMethods());
+    const auto solver = baselines::makeMethod(name, options, {}, &problem, baselines::allMethods());
     if (solver != nullptr && !answers.empty()) problem = writeAnswers(answers, *solver, windows);
     if (!problem.empty()) {
       std::cerr << "slim_init_bench: " << problem << "\n";

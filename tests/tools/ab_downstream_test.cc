@@ -11,18 +11,13 @@ using AbDownstream = AbRuns;
 const std::string kTwoWindows = "--builtin circle --duration 12 --methods drt-l --limit 2";
 
 TEST_F(AbDownstream, ReportsTheRuns) {
-  const std::string line = kTwoWindows + " --downstream 3";
-#ifdef SLIM_INIT_HAS_BACKEND
-  const auto json = summary(line);
+  const auto json = summary(kTwoWindows + " --downstream 3");
   const auto& all = json["methods"]["drt-l"]["all"];
   EXPECT_EQ(json["options"]["downstream_s"], 3.0);
   EXPECT_EQ(all["downstream_runs"], 2);
   EXPECT_EQ(all["downstream_diverged"], 0);
   EXPECT_LT(all["downstream_ate_median"].get<double>(), 0.1);
   EXPECT_LT(all["downstream_scale_median"].get<double>(), 0.05);
-#else
-  expectRefused("ab --out @out " + line, "built without the back end");
-#endif
 }
 
 TEST_F(AbDownstream, WithoutItNothingRuns) {
