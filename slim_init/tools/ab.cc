@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -57,7 +58,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
   info.options = describeAbOptions(options);
   info.notes = notes;
   for (const Method& method : methods) {
-    if (!method.note.empty()) info.method_notes[method.solver->name()] = method.note;
+    if (!method.note.empty()) info.method_notes[method.name] = method.note;
   }
   info.tracking = loaded.sequence.tracking;
   if (loaded.simulated.has_value()) {
@@ -94,8 +95,12 @@ evaluation::ProtocolResult solveWindows(const AbOptions& options, const LoadedSe
   std::vector<const WindowSolver*> solvers;
   for (const Method& method : methods) solvers.push_back(method.solver.get());
   ProgressBar bar(loaded.sequence.name, !options.quiet);
-  return evaluation::runProtocol(loaded.sequence, solvers, protocolOptions(options),
-                                 [&bar](int done, int total) { bar.update(done, total); });
+  auto result = evaluation::runProtocol(loaded.sequence, solvers, protocolOptions(options),
+                                        [&bar](int done, int total) { bar.update(done, total); });
+  // The solver of a variant has the name of its method.
+  std::transform(methods.begin(), methods.end(), result.methods.begin(),
+                 [](const Method& method) { return method.name; });
+  return result;
 }
 
 int runAb(AbOptions options) {

@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The methods of a run, and what they are worth with one ingredient changed.
-#include <utility>
-
 #include "ab_options.h"
 #include "exit_code.h"
 #include "methods.h"
@@ -11,22 +9,6 @@ namespace slim_init::tools {
 
 using baselines::BaselineOptions;
 namespace {
-
-/// A method under another name.
-class NamedSolver : public WindowSolver {
- public:
-  NamedSolver(std::string name, std::unique_ptr<WindowSolver> solver)
-      : name_(std::move(name)), solver_(std::move(solver)) {}
-  const std::string& name() const override { return name_; }
-  InitResult solveWindow(const InitWindow& window, const SolveRequest& request,
-                         WorkBudget* budget) const override {
-    return solver_->solve(window, request, budget);
-  }
-
- private:
-  std::string name_;
-  std::unique_ptr<WindowSolver> solver_;
-};
 
 /// One way to change a method.
 struct Variant {
@@ -78,7 +60,7 @@ std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& l
   std::string error;
   std::unique_ptr<WindowSolver> solver =
       baselines::makeMethod(name, options, baseline_options, &error, baselines::allMethods());
-  if (solver == nullptr) throw Failure(kExitInternal, label + error);
+  check(error, label + ": ", kExitInternal);
   return solver;
 }
 
@@ -87,7 +69,7 @@ std::unique_ptr<WindowSolver> make(const std::string& name, const std::string& l
 std::vector<Method> makeMethods(const AbOptions& options) {
   std::vector<Method> methods;
   for (const std::string& name : options.method_names) {
-    methods.push_back({make(name, "", options.initializer, BaselineOptions()), ""});
+    methods.push_back({name, make(name, name, options.initializer, BaselineOptions()), ""});
     if (!options.ablation) continue;
     for (const Variant& variant : kVariants) {
       if (name != variant.method) continue;
@@ -95,9 +77,7 @@ std::vector<Method> makeMethods(const AbOptions& options) {
       BaselineOptions changed_baselines;
       variant.change(&changed, &changed_baselines);
       const std::string label = name + "[" + variant.name + "]";
-      methods.push_back({std::make_unique<NamedSolver>(
-                             label, make(name, label + ": ", changed, changed_baselines)),
-                         variant.sentence});
+      methods.push_back({label, make(name, label, changed, changed_baselines), variant.sentence});
     }
   }
   return methods;

@@ -18,8 +18,9 @@ const std::vector<std::string>& methodNames();
 
 /// A method as it is run and reported.
 struct Method {
-  std::unique_ptr<WindowSolver> solver;  ///< its name() is the name in the report
-  std::string note;                      ///< of a variant
+  std::string name;  ///< in the report; "slim[no-lines]" of a variant
+  std::unique_ptr<WindowSolver> solver;
+  std::string note;  ///< of a variant
 };
 
 /// The methods of --methods, each followed by its variants with --ablation (ablation.cc).
