@@ -206,17 +206,6 @@ std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options, cons
   return poses;
 }
 
-evaluation::WriterRig writerRig(const SimulateOptions& options, const std::string& motion,
-                                const Calibration& calibration, const CameraParameters& camera) {
-  evaluation::WriterRig rig;
-  rig.calibration = calibration;
-  rig.camera = camera;
-  rig.comment = "simulated: " + motion + " in " + options.scene.kind;
-  rig.imu_rate_hz = options.recorded.empty() ? options.imu_rate_hz : rig.imu_rate_hz;
-  rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
-  return rig;
-}
-
 // The mean of the next pictures.
 cv::Mat meanOfNext(int count, simulation::Renderer* renderer) {
   cv::Mat sum;
@@ -310,8 +299,9 @@ int runSimulate(SimulateOptions options) {
   options.scene.seed = options.speed.seed = options.sensor.seed = options.seed;
   options.render.work_directory = options.out;
   const Setup setup = prepare(options);
-  const evaluation::WriterRig rig =
-      writerRig(options, setup.motion.name, setup.calibration, setup.camera);
+  const evaluation::WriterRig rig = {
+      setup.calibration, setup.camera,
+      "simulated: " + setup.motion.name + " in " + options.scene.kind};
   check(evaluation::writeAslFolder(options.out, rig, setup.motion), "--out: ");
   if (!options.bag.empty()) {
     std::error_code ignored;

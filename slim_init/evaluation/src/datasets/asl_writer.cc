@@ -86,9 +86,8 @@ std::string cameraSensorYaml(const WriterRig& rig) {
   return roundedText(
       17, "%YAML:1.0\nsensor_type: camera\ncomment: ", rig.comment,
       "\n\n# Camera in the body frame, which is the IMU's.\n",
-      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nrate_hz: ", rig.image_rate_hz,
-      "\nresolution: [", camera.width, ", ", camera.height,
-      "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
+      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nresolution: [", camera.width,
+      ", ", camera.height, "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
       omni ? roundedText(17, camera.xi, ", ") : "", camera.fx, ", ", camera.fy, ", ", camera.cx,
       ", ", camera.cy, "]\ndistortion_model: ",
       camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential",
@@ -101,8 +100,7 @@ std::string cameraSensorYaml(const WriterRig& rig) {
 std::string imuSensorYaml(const WriterRig& rig) {
   return roundedText(17, "%YAML:1.0\nsensor_type: imu\ncomment: ", rig.comment, "\n\n",
                      transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()),
-                     "rate_hz: ", rig.imu_rate_hz,
-                     "\ngyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
+                     "gyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
                      "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
                      rig.calibration.imu_noise.accel_density,
                      "  # [m/s^2/sqrt(Hz)]\ng_norm: ", rig.calibration.gravity_magnitude,

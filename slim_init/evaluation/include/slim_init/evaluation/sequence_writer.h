@@ -18,8 +18,6 @@ namespace slim_init::evaluation {
 struct WriterRig {
   Calibration calibration;
   feature_tracker_lines::CameraParameters camera;
-  double image_rate_hz = 20.0;
-  double imu_rate_hz = 200.0;
   std::string comment = "simulated";  ///< of both sensors; one line
 };
 
