@@ -40,11 +40,11 @@ class BackgroundSolve : public FedAdapter {
     options_.watchdog = true;
     makeSlow(10.0);
   }
-  void makeSlow(double max_wait_ms) {
+  void makeSlow(double max_wait_ms, int solve_ms = 250) {
     options_.max_wait_ms = max_wait_ms;
     auto slow = std::make_unique<Oracle>(exact_);
-    slow->then = [](const Priors&, InitResult*) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    slow->then = [solve_ms](const Priors&, InitResult*) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(solve_ms));
     };
     make(std::move(slow));
   }
@@ -89,6 +89,18 @@ TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
     const NavState& truth = exact_.truth[k - kHostFrames + 1 + i];
     EXPECT_EQ(state.stamp, exact_.keyframes[k - kHostFrames + 1 + i].t);
     EXPECT_NEAR(state.V.norm(), truth.v_w_b.norm(), 0.05) << i;
+  }
+}
+
+// An answer is as old as the solve took: on a slow machine none would ever be used.
+TEST_F(BackgroundSolve, OnlyAnAnswerThatHasWaitedIsTooOld) {
+  for (const int solve_ms : {700, 100}) {
+    makeSlow(10.0, solve_ms);
+    feed(0, 20);
+    EXPECT_TRUE(adapter_->seed(stamps(20)).pending);
+    std::this_thread::sleep_for(std::chrono::milliseconds(solve_ms + 300));
+    feed(21, 29);
+    EXPECT_EQ(adapter_->seed(stamps(29)).success(), solve_ms == 700);
   }
 }
 

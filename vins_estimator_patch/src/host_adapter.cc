@@ -60,7 +60,7 @@ constexpr int kLeastTracks = 8;
 constexpr double kMovingShare = 0.5;
 // Velocities that agree [m/s], besides two standard deviations of the scale.
 constexpr double kCloseVelocity = 0.25;
-// The answer to an earlier frame is used up to this age [s].
+// The answer to an earlier frame is used up to this age, besides what its solve took [s].
 constexpr double kFreshSolve = 0.5;
 // Frames in a row that have to speak against a host where the initializer has no answer.
 constexpr int kSuspectFrames = 3;
@@ -598,7 +598,8 @@ struct HostAdapter::State {
                                      Lock* lock) {
     if (options.max_wait_ms < 0.0) return solveNow(stamp, solve);
     std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
-    if (earlier.has_value() && !(std::abs(stamp - earlier->stamp) <= kFreshSolve)) earlier.reset();
+    const double age = earlier ? stamp - earlier->stamp - 1e-3 * earlier->solve_ms : 0.0;
+    if (std::abs(age) > kFreshSolve) earlier.reset();
     if (earlier.has_value() && earlier->result.success()) return earlier;
     if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
       return solveNow(stamp, solve);
