@@ -419,6 +419,7 @@ TEST_F(ConfigErrors, MissingAndMalformedFiles) {
   expectRefused(edited("   k1: -0.28\n", "\tk1: -0.28\n"), "Tabs");
   expectRefused(edited("0., 0., 1.]", "0., 0., 1.\n"), "not a YAML file");
   expectRefused("%YAML:1.0\n", "model_type is missing");
+  expectRefused("\xEF\xBB\xBF" + edited("", ""), "it begins with a byte order mark");
   // With the line as it stands there: a comma in a number is "incorrect indentation" to OpenCV.
   expectRefused(edited("fx: 458.0", "fx: 458,0"), ": line 11: Incorrect indentation:    fx: 458,0");
 }

@@ -145,6 +145,7 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path, Directive dir
   if (!file.is_open()) fail("the file cannot be opened");
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   constexpr char kNotYaml[] = "not a YAML file that OpenCV can read: ";
+  if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) fail(kNotYaml, "it begins with a byte order mark");
   const bool add = text.compare(0, 5, "%YAML") != 0;
   if (add && directive == Directive::kRequired) fail(kNotYaml, "it has to begin with %YAML:1.0");
   if (add) text = "%YAML:1.0\n" + text;
