@@ -234,7 +234,6 @@ double VisualInertialProblem::addInertialFactor(
   const Eigen::Matrix<double, 9, 1> r = whitening_[i] * residual;
   // Of the rotation alone: the whitening is lower triangular.
   system->rotation_cost += r.head<3>().squaredNorm();
-  const Eigen::Matrix<double, kColumns, kColumns> JJ = J.lazyProduct(J.transpose());
   const Eigen::Matrix<double, kColumns, 1> Jr = J * r;
   // Local columns in contiguous groups of the error vector.
   struct Group {
@@ -247,7 +246,8 @@ double VisualInertialProblem::addInertialFactor(
     system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
     for (const Group& b : groups) {
       if (b.to > a.to) continue;
-      system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
+      system->H.block(a.to, b.to, a.size, b.size) +=
+          J.middleRows(a.from, a.size).lazyProduct(J.middleRows(b.from, b.size).transpose());
     }
   }
   return r.squaredNorm();
