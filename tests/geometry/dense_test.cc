@@ -84,7 +84,7 @@ TEST(InverseSeenBy, IsThePropagatedInverse) {
     for (const int rows : {1, 2, 5, 6}) {
       const MatrixXd information = positive(n, n), T = MatrixXd::Random(rows, n);
       MatrixXd covariance;
-      ASSERT_TRUE(inverseSeenBy(information, T.transpose(), &covariance));
+      ASSERT_TRUE(inverseSeenBy(information, T, &covariance));
       const MatrixXd expected = T * information.inverse() * T.transpose();
       EXPECT_LT((covariance - expected).norm(), 1e-9 * (1.0 + expected.norm())) << n << " " << rows;
       EXPECT_EQ(covariance, covariance.transpose());

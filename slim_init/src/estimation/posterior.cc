@@ -102,7 +102,7 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   }
   T.block(world + 1, at.rig() - StateLayout::kGauge, rigs, rigs).setIdentity();
   Eigen::MatrixXd covariance;
-  if (!inverseSeenBy(information, T.transpose(), &covariance)) return out;
+  if (!inverseSeenBy(information, T, &covariance)) return out;
   out.covariance = covariance.topLeftCorner(world, world);
   out.scale_sigma = std::sqrt(covariance(world, world));
   out.by_scale = covariance.col(world).head(world) / covariance(world, world);

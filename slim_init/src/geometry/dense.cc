@@ -19,11 +19,12 @@ bool isPositiveDefinite(const DenseView& A) {
 }
 
 bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out) {
-  // The Schur complement of A in [A, J; J^T, 0].
-  const Eigen::Index n = A.rows(), seen = J.cols();
-  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n + seen, n + seen);
+  // The Schur complement of A in [A, J^T; J, 0].
+  const Eigen::Index n = A.rows(), seen = J.rows();
+  Eigen::MatrixXd L(n + seen, n + seen);
   L.topLeftCorner(n, n).triangularView<Eigen::Lower>() = A;
-  L.bottomLeftCorner(seen, n) = J.transpose();
+  L.bottomLeftCorner(seen, n) = J;
+  L.bottomRightCorner(seen, seen).setZero();
   if (!eliminateFirst(L, static_cast<int>(n))) return false;
   *out = -L.bottomRightCorner(seen, seen);
   out->triangularView<Eigen::StrictlyUpper>() = out->transpose();

@@ -23,8 +23,8 @@ Eigen::MatrixXd solveSymmetric(const DenseView& A, const DenseView& B);
 /// Whether the symmetric A has a Cholesky factor.
 bool isPositiveDefinite(const DenseView& A);
 
-/// J^T A^-1 J of a symmetric, positive definite A, of which the lower triangle is read; false if it
-/// is not.
+/// J A^-1 J^T of a symmetric, positive definite A, of which the lower triangle is read: with an
+/// information A the covariance of J x. False if it is not positive definite.
 bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out);
 
 /// Eliminates the first `eliminated` unknowns of a symmetric matrix in place; the lower triangle is

@@ -83,10 +83,10 @@ std::string dropContradicted(const InitWindow& tracks, StateFactor* known, Metri
   out->known_residual = rows.r;
   // Errors of the rows by those of the estimate, for their covariance there.
   const StateLayout at(state.size(), true);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size() - StateLayout::kGauge, kStateRows);
-  J.middleRows<3>(at.velocity(0) - StateLayout::kGauge) = rows.J.leftCols<3>().transpose();
-  J.middleRows<kStateColumns - 3>(at.gyroBias() - StateLayout::kGauge) =
-      rows.J.rightCols<kStateColumns - 3>().transpose();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kStateRows, at.size() - StateLayout::kGauge);
+  J.middleCols<3>(at.velocity(0) - StateLayout::kGauge) = rows.J.leftCols<3>();
+  J.middleCols<kStateColumns - 3>(at.gyroBias() - StateLayout::kGauge) =
+      rows.J.rightCols<kStateColumns - 3>();
   Eigen::MatrixXd posterior;
   out->posterior.valid =
       inverseSeenBy(out->refined.information, J, &posterior) && posterior.allFinite();

@@ -198,21 +198,19 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
   H.block(rows, rows, rows, rows).noalias() += (hold / length2) * shape_ * shape_.transpose();
 
   // Rows of the difference by attitudes, biases (first) and by the shape at ratio one, and the
-  // gradient: what the elimination leaves of them is minus their products over H^-1.
-  const int last = size + 2 * rows;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(last + 1, last + 1);
-  A.topLeftCorner(size, size) = H;
-  A.row(last).head(size) = g.transpose();
-  A.block(size, 0, rows, rows) = by_attitudes_.leftCols(rows);
-  A.block<Eigen::Dynamic, 3>(size, 2 * rows, rows, 3) = by_attitudes_.rightCols<3>();
-  A.block(size + rows, rows, rows, rows).setIdentity();
-  if (!eliminateFirst(A, size)) return false;
-  const auto by_shape = A.block(size + rows, size, rows, rows);
-  S0_ -= A.block(size, size, rows, rows);
-  S1_ = -by_shape - by_shape.transpose();
-  S2_ = -A.block(size + rows, size + rows, rows, rows);
-  offset_ += A.row(last).segment(size, rows).transpose();
-  shape_ += A.row(last).segment(size + rows, rows).transpose();
+  // gradient: their products over H^-1.
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2 * rows + 1, size), seen;
+  J.topLeftCorner(rows, rows) = by_attitudes_.leftCols(rows);
+  J.topRightCorner<Eigen::Dynamic, 3>(rows, 3) = by_attitudes_.rightCols<3>();
+  J.block(rows, rows, rows, rows).setIdentity();
+  J.bottomRows<1>() = g.transpose();
+  if (!inverseSeenBy(H, J, &seen)) return false;
+  const auto by_shape = seen.block(rows, 0, rows, rows);
+  S0_ += seen.topLeftCorner(rows, rows);
+  S1_ = by_shape + by_shape.transpose();
+  S2_ = seen.block(rows, rows, rows, rows);
+  offset_ -= seen.row(2 * rows).head(rows).transpose();
+  shape_ -= seen.row(2 * rows).segment(rows, rows).transpose();
   return S0_.allFinite() && S2_.allFinite();
 }
 
@@ -221,20 +219,16 @@ bool ScaleCost::weighted(double ratio, Products* products) const {
     // [A, c0 - ratio shape] = [A, c0, shape] T
     Eigen::Matrix<double, 11, 10> T = Eigen::Matrix<double, 11, 10>::Identity();
     T(10, 9) = -ratio;
-    *products = T.transpose() * of_columns_ * T / (ratio * ratio);
+    const Eigen::Matrix<double, 11, 10> half = of_columns_.lazyProduct(T / (ratio * ratio));
+    *products = T.transpose().lazyProduct(half);
     return true;
   }
   const int rows = static_cast<int>(offset_.size());
-  // Below the covariance what is weighted with its inverse.
-  work_.resize(rows + 10, rows + 10);
-  work_.bottomRightCorner<10, 10>().setZero();
-  work_.topLeftCorner(rows, rows).triangularView<Eigen::Lower>() =
-      S0_ - ratio * S1_ + (ratio * ratio) * S2_;
-  work_.block(rows, 0, 9, rows) = by_unknowns_.transpose();
-  work_.row(rows + 9).head(rows) = (offset_ - ratio * shape_).transpose();
-  if (!eliminateFirst(work_, rows)) return false;
-  *products = -work_.bottomRightCorner<10, 10>();
-  products->triangularView<Eigen::StrictlyUpper>() = products->transpose();
+  const Eigen::MatrixXd covariance = S0_ - ratio * S1_ + (ratio * ratio) * S2_;
+  Eigen::MatrixXd columns(10, rows), seen;
+  columns << by_unknowns_.transpose(), (offset_ - ratio * shape_).transpose();
+  if (!inverseSeenBy(covariance, columns, &seen)) return false;
+  *products = seen;
   return true;
 }
 

@@ -86,7 +86,6 @@ class ScaleCost {
   Eigen::MatrixXd by_attitudes_;  // difference of both, by [attitudes, gyroscope bias]
   // Covariance of the difference: S0 - ratio S1 + ratio^2 S2. Lower triangles.
   Eigen::MatrixXd S0_, S1_, S2_;
-  mutable Eigen::MatrixXd work_;  // of one evaluation
 };
 
 }  // namespace slim_init
