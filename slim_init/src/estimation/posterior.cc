@@ -19,11 +19,12 @@ Eigen::Matrix3d attitudeFromGravity(const Eigen::Vector3d& down, const Eigen::Ma
   return -skew(down) - turn * down * A.row(1);
 }
 
-// Rows of the errors [theta, p, v] per keyframe and of both biases, in the world: columns as the
-// information has them. `derivatives` turn the error of the visual state into that of the body.
-Eigen::MatrixXd worldErrors(const WindowState& visual, const WindowState& body,
-                            const std::vector<RigDerivatives>& derivatives, const StateLayout& at) {
-  const int m = at.size() - StateLayout::kGauge;
+// Sets the first rows of `rows`, zero before: those of the errors [theta, p, v] per keyframe and of
+// both biases, in the world, columns as the information has them. `derivatives` turn the error of
+// the visual state into that of the body.
+void setWorldErrors(const WindowState& visual, const WindowState& body,
+                    const std::vector<RigDerivatives>& derivatives, const StateLayout& at,
+                    Eigen::MatrixXd* rows) {
   const int gravity = at.gravity() - StateLayout::kGauge;
   const int rig = at.rig() - StateLayout::kGauge;
   constexpr int kRigColumns = StateLayout::kRig - 1;
@@ -40,7 +41,7 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const WindowState& body,
       dalpha * to_first * tangentBasis(visual.gravity_b0 / G);
   const Eigen::Matrix<double, 3, kRigColumns> theta_0 = first.by_rig.topRows<3>();
   const Eigen::Matrix<double, 3, kRigColumns> by_rig = dalpha * skew(down) * theta_0 - theta_0;
-  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9 * at.n + 6, m);
+  Eigen::MatrixXd& T = *rows;
   for (int k = 0; k < at.n; ++k) {
     const int theta = 9 * k, p = 9 * k + 3, v = 9 * k + 6;
     const int pose = at.pose(k) - StateLayout::kGauge;
@@ -64,7 +65,6 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const WindowState& body,
     T.block<3, kRigColumns>(v, rig) = A_first * own.by_rig.bottomRows<3>() - AV * by_rig;
   }
   T.block<6, 6>(9 * at.n, at.gyroBias() - StateLayout::kGauge).setIdentity();
-  return T;
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   // What the host is told, then scale and rig: a relative change of scale moves every position
   // along its offset from the mean.
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(world + 1 + rigs, m);
-  T.topRows(world) = worldErrors(visual, body, derivatives, at);
+  setWorldErrors(visual, body, derivatives, at, &T);
   const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
   for (int k = 1; k < at.n; ++k) {
     T.block<1, 3>(world, at.pose(k) + 3 - StateLayout::kGauge) =
