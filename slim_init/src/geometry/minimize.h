@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Golden section search of one variable, and Levenberg-Marquardt for a few unknowns in a vector
-// space (Madsen, Nielsen and Tingleff, "Methods for Non-linear Least Squares Problems", 2004,
-// section 3.2, with damping by factors of ten).
+// Levenberg-Marquardt for a few unknowns in a vector space (Madsen, Nielsen and Tingleff, "Methods
+// for Non-linear Least Squares Problems", 2004, section 3.2, with damping by factors of ten).
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -66,33 +65,6 @@ int minimizeLevenbergMarquardt(const LevenbergMarquardtOptions& options, const E
     if (step.norm() < options.shortest_step || damping > options.largest_damping) break;
   }
   return accepted;
-}
-
-/// A point of a function.
-struct FunctionPoint {
-  double at, value;
-};
-
-/// The minimum of `function` between `low` and `high`, where it has one, to `tolerance`: golden
-/// section search. Values may be infinite.
-template <typename Function>
-FunctionPoint goldenSection(const Function& function, double low, double high, double tolerance) {
-  constexpr double kGolden = 0.6180339887498949;  // (sqrt(5) - 1) / 2
-  const auto evaluate = [&function](double at) { return FunctionPoint{at, function(at)}; };
-  FunctionPoint a = evaluate(high - kGolden * (high - low));
-  FunctionPoint b = evaluate(low + kGolden * (high - low));
-  while (high - low > tolerance) {
-    if (a.value < b.value) {
-      high = b.at;
-      b = a;
-      a = evaluate(high - kGolden * (high - low));
-    } else {
-      low = a.at;
-      a = b;
-      b = evaluate(low + kGolden * (high - low));
-    }
-  }
-  return a.value < b.value ? a : b;
 }
 
 }  // namespace slim_init

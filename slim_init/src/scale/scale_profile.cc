@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace slim_init {
@@ -24,33 +25,42 @@ constexpr int kIntegralPasses = 3;
 // Less than this below its largest value the logarithm of the density is nothing.
 constexpr double kNegligible = 12.0;
 
-// By golden section, then at the vertex of a parabola: about its minimum the cost is one.
-FunctionPoint minimumBetween(const ScaleCost& cost, double low, double high) {
-  const double h = kLogScaleTolerance;
-  const FunctionPoint best = goldenSection(cost, low, high, h);
-  const double before = cost(best.at - h), after = cost(best.at + h);
-  const double at = best.at + 0.5 * h * (before - after) / (before - 2.0 * best.value + after);
-  const FunctionPoint vertex = {at, cost(at)};
-  return vertex.value < best.value ? vertex : best;
+// From three points of which the middle one is the lowest, to the vertices of the parabolas through
+// them: about its minimum the cost is one. A step shorter than the tolerance is one of that length
+// into the wider side, so that both ends come near; the vertex after that is the last one.
+FunctionPoint minimumBetween(const ScaleCost& cost, FunctionPoint low, FunctionPoint best,
+                             FunctionPoint high) {
+  for (bool last = false; !last;) {
+    const double left = best.at - low.at, right = high.at - best.at;
+    last = std::max(left, right) < 1.5 * kLogScaleTolerance;
+    const double fall = (low.value - best.value) / left, rise = (high.value - best.value) / right;
+    double step = 0.5 * (fall * right - rise * left) / (fall + rise);
+    // Or no number, with an infinite cost.
+    if (!last && !(std::abs(step) > kLogScaleTolerance)) {
+      step = std::copysign(kLogScaleTolerance, right - left);
+    }
+    FunctionPoint next = {best.at + step, cost(best.at + step)};
+    FunctionPoint &ahead = step > 0.0 ? high : low, &behind = step > 0.0 ? low : high;
+    if (next.value < best.value) {
+      behind = std::exchange(best, next);
+    } else {
+      ahead = next;
+    }
+  }
+  return best;
 }
 
 // Every minimum of the grid; its ends count as they are.
 std::vector<FunctionPoint> localMinima(const ScaleCost& cost) {
   const double step = std::log(kMaxRatio) / kHalfGrid;
-  std::vector<double> values;
-  for (int k = -kHalfGrid; k <= kHalfGrid; ++k) values.push_back(cost(k * step));
-  std::vector<FunctionPoint> minima;
+  std::vector<FunctionPoint> grid, minima;
+  for (int k = -kHalfGrid; k <= kHalfGrid; ++k) grid.push_back({k * step, cost(k * step)});
   const int last = 2 * kHalfGrid;
   for (int k = 0; k <= last; ++k) {
-    const double at = (k - kHalfGrid) * step;
-    if (k > 0 && !(values[k] < values[k - 1])) continue;
-    if (k < last && !(values[k] <= values[k + 1])) continue;
-    FunctionPoint minimum = {at, values[k]};
-    if (k > 0 && k < last) {
-      const FunctionPoint between = minimumBetween(cost, at - step, at + step);
-      if (between.value < minimum.value) minimum = between;
-    }
-    minima.push_back(minimum);
+    if (k > 0 && !(grid[k].value < grid[k - 1].value)) continue;
+    if (k < last && !(grid[k].value <= grid[k + 1].value)) continue;
+    const bool is_end = k == 0 || k == last;
+    minima.push_back(is_end ? grid[k] : minimumBetween(cost, grid[k - 1], grid[k], grid[k + 1]));
   }
   return minima;
 }

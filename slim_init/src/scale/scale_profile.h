@@ -5,7 +5,6 @@
 // knows neither that the cost is flat on one side nor that there is a second minimum.
 #pragma once
 
-#include "geometry/minimize.h"
 #include "scale/scale_cost.h"
 #include "slim_init/types.h"
 
@@ -30,6 +29,11 @@ struct ScaleProfile {
 
   /// [log ratio]; the linear dependence of the states on the scale is good up to here.
   static constexpr double kSameBasin = 0.2;
+};
+
+/// A point of a function.
+struct FunctionPoint {
+  double at, value;
 };
 
 /// The lowest minimum of a cost on a logarithmic grid, from 1/50 to 50, refined: log ratio and
