@@ -1,10 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "scale/gravity_constrained.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/dense.h"
 
 namespace slim_init {
 namespace {
@@ -58,23 +59,24 @@ bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
   if (!b.allFinite() || !(H.diagonal().head(q).minCoeff() > 0.0)) return false;
   // Scaled to a unit diagonal, so that positions, velocities and scale weigh alike in the test for
   // definiteness.
-  const Eigen::VectorXd scale = H.diagonal().head(q).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * H.topLeftCorner(q, q) *
-                                          scale.asDiagonal());
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(q + 3);
+  scale.head(q) = H.diagonal().head(q).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd A(q + 4, q + 4);
+  A.topLeftCorner(q + 3, q + 3) = scale.asDiagonal() * H * scale.asDiagonal();
+  A.row(q + 3).head(q + 3) = scale.cwiseProduct(b).transpose();
   // Input that is not finite fails this test as well.
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kMinPivot)) return false;
-
-  const Eigen::MatrixXd by_gravity = scale.asDiagonal() * H.bottomLeftCorner(3, q).transpose();
-  const Eigen::MatrixXd solved = ldlt.solve(by_gravity);
-  const Eigen::VectorXd at_zero = ldlt.solve(scale.cwiseProduct(b.head(q)));
-  const Eigen::Matrix3d G = H.bottomRightCorner<3, 3>().selfadjointView<Eigen::Lower>();
-  const Eigen::Matrix3d S = G - by_gravity.transpose() * solved;
-  const Eigen::Vector3d m = b.tail<3>() - by_gravity.transpose() * at_zero;
+  if (!eliminateFirst(A, static_cast<int>(q))) return false;
+  if (!(A.diagonal().head(q).cwiseAbs2().minCoeff() > kMinPivot)) return false;
+  const Eigen::Matrix3d S = A.block<3, 3>(q, q).selfadjointView<Eigen::Lower>();
+  const Eigen::Vector3d m = A.block<1, 3>(q + 3, q).transpose();
   if (!S.allFinite() || !m.allFinite()) return false;
 
-  const Eigen::Vector3d g = minimizeOnSphere(0.5 * (S + S.transpose()), m, gravity_magnitude);
-  x->resize(q + 3);
-  *x << scale.cwiseProduct(at_zero - solved * g), g;
+  const Eigen::Vector3d g = minimizeOnSphere(S, m, gravity_magnitude);
+  *x = A.row(q + 3).head(q + 3).transpose();
+  x->head(q) -= A.block(q, 0, 3, q).transpose() * g;
+  A.topLeftCorner(q, q).triangularView<Eigen::Lower>().transpose().solveInPlace(x->head(q));
+  x->tail<3>() = g;
+  *x = scale.cwiseProduct(*x);
   return x->allFinite();
 }
 
