@@ -67,9 +67,8 @@ void RobustBiasEstimator::refine(const std::vector<RefinementPass>& passes) {
   for (const RefinementPass& pass : passes) {
     spend(kWorkPerPoint * points_);
     found_.pruning =
-        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.x, kLongGap),
+        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.x, kLongestGap),
                     {pass.pruning_factor * kAgreementSigmas}, &minimum_.baselines);
-    findBaselines(kLongestGap, {kAgreementSigmas});
     minimize(kLongestGap, pass.schedule, masksOf(problem_.pairs(), found_.pruning.keep));
   }
   found_.cost = findBaselines(kLongGap, {kOutlierSigmas, 0});

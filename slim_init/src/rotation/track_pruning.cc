@@ -102,7 +102,7 @@ bool isTurnedAway(const InitWindow& window, const Track& track,
 TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                          const PairRotations& rotations, const ConsensusOptions& consensus,
                          Baselines* baselines) {
-  findBaselines(pairs, rotations, kLongGap, consensus, baselines);
+  findBaselines(pairs, rotations, kLongestGap, consensus, baselines);
   const double threshold = consensus.truncation_sigmas;
   const Eigen::ArrayXd all_points;
   Links links(window.pointObservations().size());

@@ -37,12 +37,11 @@ struct TrackPruning {
   }
 };
 
-/// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) at
-/// `rotations`, those of the gyro at a bias, and the observations that disagree with it by more
-/// than `consensus.truncation_sigmas` standard deviations; known `baselines` compete, and those of
-/// the other gaps stay. A single bad observation is dropped and its track continues; after a jump
-/// the rest of it is dropped. Pairs that do not use their points are not tested, their observations
-/// are kept. Deterministic.
+/// Finds the translation direction of every keyframe pair at `rotations`, those of the gyro at a
+/// bias, and, in the pairs of gaps 1, 2 and 4, the observations that disagree with it by more than
+/// `consensus.truncation_sigmas` standard deviations; known `baselines` compete. A single bad
+/// observation is dropped and its track continues; after a jump the rest of it is dropped. Pairs
+/// that do not use their points are not tested, their observations are kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                          const PairRotations& rotations, const ConsensusOptions& consensus,
                          Baselines* baselines);
