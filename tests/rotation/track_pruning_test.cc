@@ -15,14 +15,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-// With the pairs and rotations that the pruning needs, and nothing known of the baselines.
-TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
-  const KeyframePairs pairs(window, kLongGap);
+// With the rotations and baselines that the pruning needs.
+TrackPruning pruned(const InitWindow& window, const KeyframePairs& pairs, const Vector3d& gyro_bias,
+                    Baselines* baselines) {
   GyroRotations gyro(window);
   gyro.linearizeNear(atBias(gyro_bias));
+  const PairRotations rotations = gyro.at(atBias(gyro_bias), pairs, kLongGap);
+  findBaselines(pairs, rotations, kLongGap, {kAgreementSigmas}, baselines);
+  return pruneTracks(window, pairs, rotations, kAgreementSigmas, baselines);
+}
+
+// With the pairs that the pruning needs, and nothing known of the baselines.
+TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
+  const KeyframePairs pairs(window, kLongGap);
   Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
-  return pruneTracks(window, pairs, gyro.at(atBias(gyro_bias), pairs, kLongGap), {kAgreementSigmas},
-                     &baselines);
+  return pruned(window, pairs, gyro_bias, &baselines);
 }
 
 // The first track of at least eight observations, so many of them displaced in both axes, from the
@@ -95,12 +102,9 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   const TrackPruning alone = pruned(*exact.window, bias);
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8);
-  GyroRotations gyro(*exact.window);
-  gyro.linearizeNear(atBias(bias));
   Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
   baselines.back() = Vector3d::UnitY();
-  const TrackPruning shared = pruneTracks(
-      *exact.window, pairs, gyro.at(atBias(bias), pairs, kLongGap), {kAgreementSigmas}, &baselines);
+  const TrackPruning shared = pruned(*exact.window, pairs, bias, &baselines);
   EXPECT_EQ(shared.keep, alone.keep);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
   EXPECT_EQ(baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";

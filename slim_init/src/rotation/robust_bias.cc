@@ -66,9 +66,11 @@ double RobustBiasEstimator::start(const CutoffSchedule& schedule) {
 void RobustBiasEstimator::refine(const std::vector<RefinementPass>& passes) {
   for (const RefinementPass& pass : passes) {
     spend(kWorkPerPoint * points_);
+    const double threshold = pass.pruning_factor * kAgreementSigmas;
+    findBaselines(kLongestGap, {threshold});
     found_.pruning =
-        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.x, kLongestGap),
-                    {pass.pruning_factor * kAgreementSigmas}, &minimum_.baselines);
+        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(minimum_.x, kLongGap),
+                    threshold, &minimum_.baselines);
     minimize(kLongestGap, pass.schedule, masksOf(problem_.pairs(), found_.pruning.keep));
   }
   found_.cost = findBaselines(kLongGap, {kOutlierSigmas, 0});

@@ -100,10 +100,7 @@ bool isTurnedAway(const InitWindow& window, const Track& track,
 }  // namespace
 
 TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
-                         const PairRotations& rotations, const ConsensusOptions& consensus,
-                         Baselines* baselines) {
-  findBaselines(pairs, rotations, kLongestGap, consensus, baselines);
-  const double threshold = consensus.truncation_sigmas;
+                         const PairRotations& rotations, double threshold, Baselines* baselines) {
   const Eigen::ArrayXd all_points;
   Links links(window.pointObservations().size());
   NormalizedEpipolarPair weighted;

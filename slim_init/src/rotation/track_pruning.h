@@ -37,14 +37,14 @@ struct TrackPruning {
   }
 };
 
-/// Finds the translation direction of every keyframe pair at `rotations`, those of the gyro at a
-/// bias, and, in the pairs of gaps 1, 2 and 4, the observations that disagree with it by more than
-/// `consensus.truncation_sigmas` standard deviations; known `baselines` compete. A single bad
-/// observation is dropped and its track continues; after a jump the rest of it is dropped. Pairs
-/// that do not use their points are not tested, their observations are kept. Deterministic.
+/// Finds the observations that disagree by more than `threshold` standard deviations with the
+/// translation direction of a keyframe pair of the checked gaps (1, 2 and 4) at `rotations`, those
+/// of the gyro at a bias. `baselines`: as findBaselines() found them; those of the checked gaps are
+/// moved to the best fit. A single bad observation is dropped and its track continues; after a jump
+/// the rest of it is dropped. Pairs that do not use their points are not tested, their observations
+/// are kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
-                         const PairRotations& rotations, const ConsensusOptions& consensus,
-                         Baselines* baselines);
+                         const PairRotations& rotations, double threshold, Baselines* baselines);
 
 /// One entry per point track of `window`, nonzero where no observation is further than
 /// kOutlierSigmas standard deviations of a bearing from their mean, although the rotation of the
