@@ -18,9 +18,6 @@ namespace {
 // of the minimisation: they add a third to the time and then little to the bias.
 constexpr int kMinKeyframesToSkip = 8;
 constexpr int kPointsToSkip = 25;
-// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
-// not built to better than a milliradian.
-constexpr double kVpModelVariance = 1e-6;
 // Standard deviation of a rotation of the gyroscope itself, by vibration and scale error [rad]: no
 // pair is more exact, however many points it has.
 constexpr double kGyroError = 1e-3;
@@ -204,9 +201,8 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
     u_c = -u_c;
   }
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(vp_j.direction);
-  Eigen::Matrix2d covariance =
+  const Eigen::Matrix2d covariance =
       B.transpose() * (vp_j.covariance + R_cj_ci * vp_i.covariance * R_cj_ci.transpose()) * B;
-  covariance.diagonal().array() += kVpModelVariance;
   const Eigen::Matrix2d L = covariance.llt().matrixL();
   const Eigen::Matrix2d W = L.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
   *residual = W * (B.transpose() * u_c);
