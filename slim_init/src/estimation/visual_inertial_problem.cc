@@ -13,10 +13,9 @@
 namespace slim_init {
 namespace {
 
-// Damping of a track's own parameters, relative to its largest information, and its floor: where
-// the views do not determine one of them (the distance of a far point), it stays where it is.
+// Damping of a track's own parameters, relative to its largest information: where the views do not
+// determine one of them (the distance of a far point), it stays where it is.
 constexpr double kTrackDamping = 1e-7;
-constexpr double kMinTrackInformation = 1e-6;
 // A track whose own step is longer than this squared length [sigma^2] takes it before the poses
 // move.
 constexpr double kTrackStep = 1.0;
@@ -25,16 +24,13 @@ constexpr double kTrackStep = 1.0;
 // refusals to matter.
 constexpr double kSmallestDamping = 1e-9;
 constexpr double kRaisedDamping = 1e-6;
-// A cost that rises by less than this share is equal: rounding of its sum.
-constexpr double kCostRounding = 1e-12;
-// Work of a linearisation per view, per pair of views of a track (with a rolling shutter), per
-// keyframe, and per cube of the number of unknowns [units]: fitted to the times of 5 to 25
-// keyframes with 30 to 250 points, 10 % off on average.
+// Work of a linearisation per view, per pair of views of a track (with a rolling shutter), and per
+// square of the number of unknowns [units]: fitted to the times of 5 to 25 keyframes with 30 to 250
+// points, 10 % off on average.
 constexpr double kWorkPerView = 0.1;
 constexpr double kWorkPerPairOfViews = 0.0115;
 constexpr double kWorkPerRollingPair = 0.07;
-constexpr double kWorkPerKeyframe = 2.1;
-constexpr double kWorkOfSolve = 3.7e-6;
+constexpr double kWorkOfSolve = 2.2e-3;
 
 double square(double x) { return x * x; }
 
@@ -412,8 +408,7 @@ void VisualInertialProblem::factorTrack(const Track& range, std::size_t t,
     information += J_track.transpose().lazyProduct(J_track);
     gradient += J_track.transpose().lazyProduct(r);
   }
-  information.diagonal().array() +=
-      kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
+  information.diagonal().array() += kTrackDamping * information.diagonal().maxCoeff();
   // The last parameter of a point is its inverse depth.
   if (D == 3 && pointsAtInfinity()) information(D - 1, D - 1) += kHold;
   const MatrixD L_inverse = information.llt().matrixL().solve(MatrixD::Identity());
@@ -450,7 +445,7 @@ void VisualInertialProblem::addToPoses(const Track& range, const std::vector<Vie
 
 double VisualInertialProblem::workOfLinearization() const {
   const double m = layout_.size(), per_pair = rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews;
-  double work = kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
+  double work = kWorkOfSolve * m * m;
   for (const std::vector<Track>* tracks : {&points_.ranges, &lines_.ranges}) {
     for (const Track& track : *tracks) {
       work += track.size() * (kWorkPerView + per_pair * (track.size() + 1.0) / 2.0);
@@ -554,7 +549,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
     Structure trial_structure = moveStructure(system_, step);
     if (!summary.converged) {
       linearize(trial_state, &trial_structure, &trial_);
-      if (!(trial_.cost <= system_.cost * (1.0 + kCostRounding))) {
+      if (!(trial_.cost <= system_.cost)) {
         damping = 10.0 * std::max(damping, kRaisedDamping);
         refused = true;
         continue;
