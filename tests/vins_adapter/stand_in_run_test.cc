@@ -803,6 +803,7 @@ TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
 }
 
 TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
+  exact_ = makeExactWindow(atTenHertz(75));
   start("initializer: slim\nreinit: 1\nwatchdog: 0\n");
   int k = fly(45);
   const Vector3d wrong = host_.Vs[kNewest] += Vector3d(3, 0, 0);
@@ -810,6 +811,14 @@ TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
   EXPECT_EQ(timesLogged("watchdog: the host"), 0) << logText();
   EXPECT_EQ(host_.Vs[kNewest], wrong);
   EXPECT_EQ(ros::published().count("slim_init/health"), 0u);
+  // Not at what no start could continue either.
+  while (++k < 50) {
+    for (Vector3d& velocity : host_.Vs) velocity.setConstant(kNotComputed);
+    frame(k);
+  }
+  host_.clearState();
+  host_.setParameter();
+  frameUntilStarted(k, 75);
 }
 
 // An accelerometer that is stuck at its end: the host integrates it and would believe it.

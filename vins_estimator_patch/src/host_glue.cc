@@ -665,12 +665,13 @@ HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
 
 void HostGlue::addHealthy(const std::vector<HostState>& window) {
   State& state = *state_;
+  const HostState& newest = window.back();
+  // Without the watchdog nothing else keeps a state out that no start could continue.
   if (state.monitor.suspectsFrame() || state.monitor.status() == FlightStatus::kWrong ||
-      state.frame_suspect) {
+      state.frame_suspect || !fromHostState(newest, 0.0).isFinite()) {
     return;
   }
   state.lost.reset();
-  const HostState& newest = window.back();
   state.adapter->learn(newest);
   if (state.healthy.empty()) {
     state.healthy.assign(window.begin(), window.end());
