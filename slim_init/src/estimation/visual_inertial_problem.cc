@@ -19,11 +19,11 @@ constexpr double kTrackDamping = 1e-7;
 // A track whose own step is longer than this squared length [sigma^2] takes it before the poses
 // move.
 constexpr double kTrackStep = 1.0;
-// Marquardt damping, relative to the diagonal of the information: at the start and after good
-// steps, and the least from which a refusal raises it: from the smallest one it would take four
-// refusals to matter.
+// Marquardt damping, relative to the diagonal of the information: at the start, and its floor after
+// good steps. Refused, a step raises it from the first on at least: from the smallest one it would
+// take four refusals to matter.
+constexpr double kFirstDamping = 1e-6;
 constexpr double kSmallestDamping = 1e-9;
-constexpr double kRaisedDamping = 1e-6;
 // Work of a linearisation per view, per pair of views of a track (with a rolling shutter), and per
 // square of the number of unknowns [units]: fitted to the times of 5 to 25 keyframes with 30 to 250
 // points, 10 % off on average.
@@ -530,7 +530,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   linearize(*state, &structure_, &system_);
   // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
-  double damping = kSmallestDamping;
+  double damping = kFirstDamping;
   bool refused = false;  // the step before
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
   const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
@@ -538,7 +538,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   for (; goesOn() && !isCut(); ++summary.iterations) {
     const std::optional<double> decrement = gaussNewtonStep(damping, &step);
     if (!decrement) {
-      damping = 100.0 * std::max(damping, kRaisedDamping);
+      damping = 100.0 * std::max(damping, kFirstDamping);
       continue;
     }
     // The last step is not worth a linearisation: cost and information are those before it. Nothing
@@ -550,7 +550,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
     if (!summary.converged) {
       linearize(trial_state, &trial_structure, &trial_);
       if (!(trial_.cost <= system_.cost)) {
-        damping = 10.0 * std::max(damping, kRaisedDamping);
+        damping = 10.0 * std::max(damping, kFirstDamping);
         refused = true;
         continue;
       }
