@@ -344,19 +344,6 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
   }
 }
 
-// A dark image of a 16-bit camera is none of 12 bits.
-TEST(ImageMessageTest, TheScaleOf16BitsIsThatOfTheStream) {
-  const ImageMessage dark{2, 2, 4, "mono16", {0, 8, 0, 8, 0, 8, 0, 8}},
-      bright{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77)};
-  double largest = 0.0;
-  for (const auto& [message, expected] :
-       {std::pair{dark, 128}, {bright, 77}, {dark, 8}, {bright, 77}}) {
-    cv::Mat grey;
-    EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey, &largest), "");
-    EXPECT_EQ(grey.at<std::uint8_t>(0, 0), expected);
-  }
-}
-
 /// Stands in for sensor_msgs::CompressedImage.
 struct CompressedMessage {
   std::string format;
@@ -367,6 +354,23 @@ CompressedMessage compressed(const std::string& format, const cv::Mat& image) {
   CompressedMessage message{format, {}};
   EXPECT_TRUE(cv::imencode(".png", image, message.data));
   return message;
+}
+
+// A dark image of a 16-bit camera is none of 12 bits.
+TEST(ImageMessageTest, TheScaleOf16BitsIsThatOfTheStream) {
+  const ImageMessage dark{2, 2, 4, "mono16", {0, 8, 0, 8, 0, 8, 0, 8}},
+      bright{2, 2, 4, "mono16", std::vector<std::uint8_t>(8, 77)};
+  double largest = 0.0, of_compressed = 0.0;
+  for (const auto& [message, expected] :
+       {std::pair{dark, 128}, {bright, 77}, {dark, 8}, {bright, 77}}) {
+    cv::Mat grey;
+    EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey, &largest), "");
+    EXPECT_EQ(grey.at<std::uint8_t>(0, 0), expected);
+    const cv::Mat wide(2, 2, CV_16UC1, const_cast<std::uint8_t*>(message.data.data()));
+    const CompressedMessage png = compressed("mono16; png compressed mono16", wide);
+    EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(png, &grey, &of_compressed), "");
+    EXPECT_EQ(grey.at<std::uint8_t>(0, 0), expected);
+  }
 }
 
 /// A wall of one colour through the filters of a pattern, 8 x 8.
@@ -392,10 +396,10 @@ TEST(ImageMessageTest, BayerPatternsHaveTheirColours) {
       EXPECT_EQ(feature_tracker_lines::decodeImage(raw, &grey, &largest), "");
       for (const int at : {3, 4}) EXPECT_NEAR(grey.at<std::uint8_t>(at, at), expected, 1);
       const CompressedMessage message8 = compressed(name + "8; png compressed ", mosaic);
-      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message8, &grey8), "");
+      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message8, &grey8, &largest), "");
       EXPECT_EQ(cv::norm(grey, grey8, cv::NORM_INF), 0.0) << name;
       const CompressedMessage message16 = compressed(name + "16; png compressed ", wide);
-      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message16, &grey16), "");
+      EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message16, &grey16, &largest), "");
       EXPECT_EQ(cv::norm(grey, grey16, cv::NORM_INF), 0.0) << name;
     }
   }
@@ -404,7 +408,8 @@ TEST(ImageMessageTest, BayerPatternsHaveTheirColours) {
 TEST(ImageMessageTest, OnlyCompressedMosaicsAreConverted) {
   const auto grey = [](const CompressedMessage& message) {
     cv::Mat image;
-    EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message, &image), "");
+    double largest = 0.0;
+    EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(message, &image, &largest), "");
     return image;
   };
   const cv::Mat mosaic = mosaicOf("rggb", 'g');
@@ -417,8 +422,9 @@ TEST(ImageMessageTest, OnlyCompressedMosaicsAreConverted) {
                      grey(compressed("bgr8; png compressed bgr8", colours)), cv::NORM_INF),
             0.0);
   cv::Mat none;
+  double largest = 0.0;
   const CompressedMessage garbage{"bayer_rggb8; jpeg compressed ", {1, 2, 3}};
-  EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(garbage, &none),
+  EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(garbage, &none, &largest),
             "cannot be decoded: 3 bytes of 'bayer_rggb8; jpeg compressed '");
 }
 

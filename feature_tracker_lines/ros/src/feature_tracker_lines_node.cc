@@ -126,7 +126,7 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
   cv::Mat image;
   std::string problem;
   try {
-    problem = decode(message, &image);
+    problem = decode(message, &image, &largest_);
   } catch (const std::exception& exception) {
     problem = std::string("cannot be read: ") + exception.what();
   }
@@ -142,9 +142,7 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
 }
 
 void FeatureTrackerLinesNode::onImage(const sensor_msgs::Image& message) {
-  addImage(message, [this](const sensor_msgs::Image& image, cv::Mat* grey) {
-    return feature_tracker_lines::decodeImage(image, grey, &largest_);
-  });
+  addImage(message, feature_tracker_lines::decodeImage<sensor_msgs::Image>);
 }
 
 void FeatureTrackerLinesNode::onCompressed(const sensor_msgs::CompressedImage& message) {

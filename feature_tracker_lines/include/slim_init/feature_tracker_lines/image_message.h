@@ -49,10 +49,20 @@ inline std::string shownName(const std::string& name) {
   return "'" + (name.size() > kMost ? name.substr(0, kMost) + "..." : name) + "'";
 }
 
+/// Grey pixels of 16 bits to 8. As 16 bits, as cv_bridge takes them, the images of cameras of 10 or
+/// 12 bits are dark: `largest` of the values of this stream so far decides their scale.
+inline void toBytes(cv::Mat* pixels, double* largest) {
+  if (pixels->type() != CV_16UC1) return;
+  double here = 0.0;
+  cv::minMaxLoc(*pixels, nullptr, &here);
+  *largest = std::max(*largest, here);
+  pixels->convertTo(*pixels, CV_8U, 255.0 / (*largest > 4095.0 ? 65535.0 : 4095.0));
+}
+
 /// Grey image (CV_8UC1, pixels of its own) of a sensor_msgs/Image. Returns an empty string, or the
 /// end of a message ("has encoding ..", "claims to be ..") for an encoding not
 /// listed above and for sizes that contradict each other. May throw what OpenCV throws.
-/// `largest` of the 16-bit values of this stream so far decides their scale; 0 at the begin.
+/// `largest`: as in toBytes(), 0 at the begin of the stream.
 template <typename Image>
 std::string decodeImage(const Image& message, cv::Mat* grey, double* largest) {
   const auto* encoding =
@@ -77,16 +87,11 @@ std::string decodeImage(const Image& message, cv::Mat* grey, double* largest) {
   const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width),
                        encoding->type, const_cast<std::uint8_t*>(message.data.data()),
                        message.step);
-  *grey = cv::Mat();
-  if (wide) {
-    // As 16 bits, as cv_bridge takes them, the images of cameras of 10 or 12 bits are dark.
-    double here = 0.0;
-    cv::minMaxLoc(pixels, nullptr, &here);
-    *largest = std::max(*largest, here);
-    pixels.convertTo(*grey, CV_8U, 255.0 / (*largest > 4095.0 ? 65535.0 : 4095.0));
-  } else if (encoding->to_grey < 0) {
+  if (encoding->to_grey < 0) {
     *grey = pixels.clone();
+    toBytes(grey, largest);
   } else {
+    *grey = cv::Mat();
     cv::cvtColor(pixels, *grey, encoding->to_grey);
   }
   return "";
@@ -108,20 +113,22 @@ inline const ImageEncoding* bayerPatternOf(const std::string& format) {
 
 /// The same of a sensor_msgs/CompressedImage.
 template <typename CompressedImage>
-std::string decodeCompressedImage(const CompressedImage& message, cv::Mat* grey) {
+std::string decodeCompressedImage(const CompressedImage& message, cv::Mat* grey, double* largest) {
   *grey = cv::Mat();
   const ImageEncoding* const bayer = bayerPatternOf(message.format);
   if (bayer != nullptr && !message.data.empty()) {
     cv::Mat mosaic = cv::imdecode(message.data, cv::IMREAD_UNCHANGED);
     // image_transport compresses the mosaic as one channel; other senders may convert it first.
-    if (mosaic.type() == CV_16UC1) mosaic.convertTo(mosaic, CV_8U, 255.0 / 65535.0);
+    toBytes(&mosaic, largest);
     if (!mosaic.empty() && mosaic.type() == CV_8UC1) {
       cv::cvtColor(mosaic, *grey, bayer->to_grey);
       return "";
     }
   }
   if (!message.data.empty()) {
-    *grey = cv::imdecode(message.data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH;
+    *grey = cv::imdecode(message.data, kGrey | cv::IMREAD_IGNORE_ORIENTATION);
+    toBytes(grey, largest);
   }
   if (!grey->empty()) return "";
   return "cannot be decoded: " + std::to_string(message.data.size()) + " bytes of " +

@@ -143,7 +143,7 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
   }
   in.next(message.data);
   if constexpr (kCompressed) {
-    return feature_tracker_lines::decodeCompressedImage(message, grey);
+    return feature_tracker_lines::decodeCompressedImage(message, grey, largest);
   } else {
     return feature_tracker_lines::decodeImage(message, grey, largest);
   }
