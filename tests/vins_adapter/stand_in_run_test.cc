@@ -821,6 +821,17 @@ TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
   frameUntilStarted(k, 75);
 }
 
+TEST_F(StandInRun, AFailureBeforeTheFirstHealthyStateIsReportedOnce) {
+  start("initializer: slim\nreinit: 1\n");
+  const int first = frameUntilStarted();
+  for (int k = first; k < first + 10; ++k) {
+    track(k);
+    host_.Vs[kNewest] += Vector3d(3, 0, 0);
+    frame(k);
+  }
+  EXPECT_EQ(timesLogged("recover: the host has had no healthy state yet"), 1) << logText();
+}
+
 // An accelerometer that is stuck at its end: the host integrates it and would believe it.
 TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
   start("initializer: slim\nreinit: 1\n");

@@ -130,7 +130,7 @@ struct HostGlue::State {
   double pause = 0.0;             // after the last refused recovery [s]
   double next_recovery = kNever;  // stamp [s]
   int unreported_refusals = 0;
-  Repeated health_reports, delay_reports, drop_reports, damage_reports;
+  Repeated health_reports, delay_reports, drop_reports, damage_reports, refusal_reports;
   StreamCounts counts_reported;
   std::atomic<double> newest_received{kNotComputed};
   Clock::time_point frame_began;
@@ -536,7 +536,9 @@ bool HostGlue::solveRecovery(const std::vector<HostState>& frames, bool failed,
   state.pending = false;
   state.reportMissingLines();
   if (state.healthy.empty()) {
-    state.report(ReportLevel::kWarn, "recover: the host has had no healthy state yet");
+    if (state.refusal_reports.isDue(stamps.back(), kRepeatReport)) {
+      state.report(ReportLevel::kWarn, "recover: the host has had no healthy state yet");
+    }
     return false;
   }
   failed = failed || state.monitor.status() == FlightStatus::kWrong;
