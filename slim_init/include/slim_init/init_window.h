@@ -13,23 +13,14 @@
 namespace slim_init {
 
 /// One observation of a point track.
-struct WindowPoint {
-  int keyframe = 0;         ///< index into InitWindow::times()
-  Eigen::Vector3d bearing;  ///< unit, in c
-  double row = 0.0;         ///< PointObservation::row
+struct WindowPoint : PointObservation {
+  int keyframe = 0;  ///< index into InitWindow::times()
 };
 
 /// One observation of a line track.
-struct WindowLine {
+struct WindowLine : LineObservation {
   int keyframe = 0;
-  Eigen::Vector3d start_bearing;  ///< unit, in c
-  Eigen::Vector3d end_bearing;    ///< unit, in c
-  Eigen::Vector3d normal;         ///< unit normal of the interpretation plane (s x e)/|s x e|, in c
-  double length_px = 0.0;
-  double detection_confidence = 1.0;
-  double match_quality = 1.0;
-  double start_row = 0.0;  ///< LineObservation::start_row
-  double end_row = 0.0;
+  Eigen::Vector3d normal;  ///< unit normal of the interpretation plane (s x e)/|s x e|, in c
 };
 
 /// A contiguous range [begin, end) of observations of one track, ascending in keyframe.

@@ -13,41 +13,26 @@
 namespace slim_init {
 namespace {
 
-// Groups (id, observation) pairs into tracks with at least two observations, by id, ascending in
-// keyframe.
+// Groups observations into tracks with at least two of them, by id, ascending in keyframe.
 template <typename Observation>
-void buildTracks(std::vector<std::pair<FeatureId, Observation>>& all, std::vector<Track>& tracks,
+void buildTracks(std::vector<Observation>& all, std::vector<Track>& tracks,
                  std::vector<Observation>& observations) {
   std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+                   [](const auto& a, const auto& b) { return a.id < b.id; });
   observations.reserve(all.size());
   for (std::size_t begin = 0; begin < all.size();) {
     std::size_t end = begin + 1;
-    while (end < all.size() && all[end].first == all[begin].first) ++end;
+    while (end < all.size() && all[end].id == all[begin].id) ++end;
     if (end - begin >= 2) {
       Track track;
-      track.id = all[begin].first;
+      track.id = all[begin].id;
       track.begin = static_cast<int>(observations.size());
-      for (std::size_t i = begin; i < end; ++i) observations.push_back(all[i].second);
+      observations.insert(observations.end(), all.begin() + begin, all.begin() + end);
       track.end = static_cast<int>(observations.size());
       tracks.push_back(track);
     }
     begin = end;
   }
-}
-
-WindowLine observationOf(const LineObservation& line, int keyframe) {
-  WindowLine observation;
-  observation.keyframe = keyframe;
-  observation.start_bearing = line.start_bearing;
-  observation.end_bearing = line.end_bearing;
-  observation.normal = line.start_bearing.cross(line.end_bearing).normalized();
-  observation.length_px = line.length_px;
-  observation.detection_confidence = line.detection_confidence;
-  observation.match_quality = line.match_quality;
-  observation.start_row = line.start_row;
-  observation.end_row = line.end_row;
-  return observation;
 }
 
 // Empty, or a message naming the first of `size` times that is not finite or not after the one
@@ -137,17 +122,13 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   common->speeds = std::move(speeds);
   common->times = std::move(times);
   common->keyframe_lines.resize(keyframes.size());
-  std::vector<std::pair<FeatureId, WindowPoint>> points;
-  std::vector<std::pair<FeatureId, WindowLine>> lines;
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    const FrameObservation& frame = *keyframes[k];
-    for (const PointObservation& point : frame.points) {
-      points.emplace_back(point.id, WindowPoint{static_cast<int>(k), point.bearing, point.row});
-    }
-    for (const LineObservation& line : frame.lines) {
-      const WindowLine observation = observationOf(line, static_cast<int>(k));
-      lines.emplace_back(line.id, observation);
-      common->keyframe_lines[k].push_back(observation);
+  std::vector<WindowPoint> points;
+  std::vector<WindowLine> lines;
+  for (int k = 0; k < static_cast<int>(keyframes.size()); ++k) {
+    for (const PointObservation& point : keyframes[k]->points) points.push_back({point, k});
+    for (const LineObservation& line : keyframes[k]->lines) {
+      lines.push_back({line, k, line.start_bearing.cross(line.end_bearing).normalized()});
+      common->keyframe_lines[k].push_back(lines.back());
     }
   }
   const std::shared_ptr<InitWindow> window(new InitWindow());
