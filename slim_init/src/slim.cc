@@ -87,10 +87,11 @@ InitResult Solve::run() {
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3. [6] What the motion
   // offers.
   WindowPriors priors = priorsOf(rotation);
-  const auto [pre, R_b0_bk, R_c0_ck, motion] = integrateWindow(
-      tracks, state_ ? priors.known->gyro_bias : result_.gyro_bias,
-      state_ ? priors.known->accel_bias : assumedImuBiases(priors.biases, options_.inertial).accel,
-      options_.inertial);
+  ImuBiases biases = assumedImuBiases(priors.biases, options_.inertial);
+  biases.gyro = state_ ? priors.known->gyro_bias : result_.gyro_bias;
+  if (state_) biases.accel = priors.known->accel_bias;
+  if (state_) biases.gyro_sigma = std::sqrt(priors.known->covariance(5, 5));
+  const auto [pre, R_b0_bk, R_c0_ck, motion] = integrateWindow(tracks, biases, options_.inertial);
   setBounds(seen, motion);
   clock.lap("integration");
 

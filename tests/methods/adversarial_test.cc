@@ -342,6 +342,23 @@ TEST(Adversarial, AMovingObjectFillsHalfOfTheImage) {
   });
 }
 
+// Somebody walks through a far scene before a rig that is held still: a bias of the gyroscope lets
+// the scene move and the person stand.
+TEST(Adversarial, APersonBeforeAFarScene) {
+  expectRefused(8, [](std::mt19937* random) {
+    Scene scene;
+    scene.motion = {sway(random, 0.3, 2.0, 0.015), sway(random, 0.3, 2.0, 0.015)};
+    scene.points = 100;
+    scene.nearest_m = 10.0;
+    scene.farthest_m = 60.0;
+    scene.moved = [](int i, const Vector3d& place, double t) {
+      if (i % 5 > 0) return place;
+      return Vector3d(place * (2.0 + 0.1 * (i % 30)) / place.x() + Vector3d(0.0, t, 0.1 * t));
+    };
+    return scene;
+  });
+}
+
 // Tracks that jump to the next repetition of a texture, and points seen in a mirror that tilts:
 // their images turn about it by twice the angle.
 TEST(Adversarial, RepetitiveTextureInAMirror) {

@@ -65,6 +65,15 @@ TEST(MotionGates, ShorterTracksNeedMoreParallax) {
   }
 }
 
+TEST(MotionGates, AMotionThatABiasExplainsIsNoParallax) {
+  MotionMeasures motion;
+  motion.parallax_px = 10.0 * kOptions.min_parallax_px;
+  for (const double share : {0.99, 1.01}) {
+    motion.least_motion_px = share * kOptions.min_parallax_px;
+    EXPECT_EQ(parallaxGate(motion, kOptions).passed, share > 1.0);
+  }
+}
+
 TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = 0.5;
@@ -373,7 +382,15 @@ TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
     ExactWindowOptions options;
     options.motion = motion;
     const ExactWindow exact = makeExactWindow(options);
-    const double parallax = measured(*exact.window, trueCameraRotations(exact)).parallax_px;
+    std::vector<Eigen::Matrix3d> R = trueCameraRotations(exact);
+    const double parallax = measured(*exact.window, R).parallax_px;
+    // A bias of the gyroscope turns all keyframes at one rate.
+    for (std::size_t k = 0; k < R.size(); ++k) {
+      R[k] = expSO3(exact.window->times()[k] * Eigen::Vector3d(0.02, -0.03, 0.01)) * R[k];
+    }
+    EXPECT_GT(measured(*exact.window, R).parallax_px, kOptions.min_parallax_px);
+    const double least = leastMotionPx(*exact.window, 0.2, R);
+    EXPECT_EQ(least > kOptions.min_parallax_px, motion == Motion::kExcited) << least;
     // The camera sits 7 cm from the body's centre, so that turning moves it a little.
     if (motion == Motion::kPureRotation) {
       EXPECT_LT(parallax, kOptions.min_parallax_px);

@@ -69,14 +69,14 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
   return motion;
 }
 
-IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                                 const Eigen::Vector3d& accel_bias,
+IntegratedWindow integrateWindow(const InitWindow& window, const ImuBiases& biases,
                                  const InertialOptions& inertial) {
   IntegratedWindow out;
-  out.pre = preintegrateInflated(window, gyro_bias, accel_bias, inertial);
+  out.pre = preintegrateInflated(window, biases.gyro, biases.accel, inertial);
   out.R_b0_bk = chainRotations(out.pre);
   out.R_c0_ck = cameraRotations(out.R_b0_bk, window.calibration().R_b_c);
   out.motion = measureMotion(window, out.pre, out.R_b0_bk);
+  out.motion.least_motion_px = leastMotionPx(window, biases.gyro_sigma, out.R_c0_ck);
   return out;
 }
 

@@ -66,9 +66,8 @@ struct IntegratedWindow {
   MotionMeasures motion;
 };
 
-/// By preintegrateInflated().
-IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                                 const Eigen::Vector3d& accel_bias,
+/// By preintegrateInflated(); the standard deviation of the gyroscope bias is for leastMotionPx().
+IntegratedWindow integrateWindow(const InitWindow& window, const ImuBiases& biases,
                                  const InertialOptions& inertial);
 
 /// InitResult::scale: mean distance between consecutive camera centres [m]; NaN for fewer than two

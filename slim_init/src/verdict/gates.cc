@@ -22,6 +22,10 @@ namespace {
 // Keyframes of a track for which GateOptions::min_parallax_px is meant; so many bearings are three
 // times as good as one. Fewer need more.
 constexpr double kTrackLength = 9.0;
+// Passes of leastMotionPx(): each leaves a fifth of the rate.
+constexpr int kRatePasses = 3;
+// Of a motion, its largest over its rms value: sqrt(3) if it is steady, sqrt(2) if it sways.
+constexpr double kLargestOverRms = 1.5;
 // Relative standard deviation of the scale of images and IMU below which the motion shows the
 // scale: at constant velocity it stays above (0.37 to none in the first half second).
 constexpr double kShownScaleSigma = 0.35;
@@ -140,6 +144,41 @@ void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>&
   motion->track_length = median(std::move(lengths));
 }
 
+double leastMotionPx(const InitWindow& window, double rate_sigma,
+                     std::vector<Eigen::Matrix3d> R_c0_ck) {
+  const std::vector<Track>& tracks = window.pointTracks();
+  const std::vector<double>& t = window.times();
+  const auto at = [&](int k) { return window.pointObservations()[k].keyframe; };
+  const auto turn = [&](const Track& track, int k) -> Eigen::Vector3d {
+    const WindowPoint* points = window.pointObservations().data();
+    return (R_c0_ck[at(track.begin)] * points[track.begin].bearing)
+        .cross(R_c0_ck[at(k)] * points[k].bearing);
+  };
+  if (tracks.empty()) return kNotComputed;
+  for (int pass = 0; pass < kRatePasses; ++pass) {
+    std::array<std::vector<double>, 3> rates;
+    for (const Track& track : tracks) {
+      const double dt = t[at(track.end - 1)] - t[at(track.begin)];
+      const Eigen::Vector3d turned = turn(track, track.end - 1);
+      for (int i = 0; i < 3; ++i) rates[i].push_back(dt > 0.0 ? turned[i] / dt : 0.0);
+    }
+    Eigen::Vector3d rate;
+    for (int i = 0; i < 3; ++i) {
+      rate[i] = std::clamp(median(std::move(rates[i])), -rate_sigma, rate_sigma);
+    }
+    for (std::size_t k = 0; k < t.size(); ++k) {
+      R_c0_ck[k] = expSO3(-(t[k] - t[0]) * rate) * R_c0_ck[k];
+    }
+  }
+  std::vector<double> lengths;
+  for (const Track& track : tracks) {
+    double sum = 0.0;
+    for (int k = track.begin + 1; k < track.end; ++k) sum += turn(track, k).squaredNorm();
+    lengths.push_back(std::sqrt(sum / std::max(track.size() - 1, 1)));
+  }
+  return kLargestOverRms * median(std::move(lengths)) * window.calibration().focal_px;
+}
+
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk) {
   double largest = 0.0;
   for (const Eigen::Matrix3d& R : R_b0_bk) largest = std::max(largest, logSO3(R).norm());
@@ -207,10 +246,14 @@ GateValue parallaxGate(const MotionMeasures& motion, const GateOptions& options)
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
   const double bound = options.min_parallax_px *
                        std::sqrt(kTrackLength / std::clamp(motion.track_length, 1.0, kTrackLength));
-  return makeGate(GateName::kParallax,
-                  roundedText(2, "median rotation-compensated motion of the tracks over ",
-                              motion.track_length, " keyframes"),
-                  "px", atLeast(motion.parallax_px, bound), no_motion);
+  GateValue gate = atLeast(motion.parallax_px, bound);
+  const bool is_rotation = gate.passed && motion.least_motion_px < options.min_parallax_px;
+  if (is_rotation) gate = atLeast(motion.least_motion_px, options.min_parallax_px);
+  return makeGate(
+      GateName::kParallax,
+      roundedText(2, "median rotation-compensated motion of the tracks over ", motion.track_length,
+                  " keyframes", is_rotation ? " that no gyroscope bias explains" : ""),
+      "px", gate, no_motion);
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {

@@ -51,6 +51,7 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see measureTracks()
+  double least_motion_px = HUGE_VAL;   ///< see leastMotionPx()
   double track_length = 0.0;           ///< median number of keyframes that see a point
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
   Eigen::Vector3d mean_force =
@@ -66,6 +67,13 @@ struct MotionMeasures {
 /// alone. `R_c0_ck`: camera k to first camera.
 void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
                    MotionMeasures* motion);
+
+/// The motion that a bias of the gyroscope leaves the tracks [px]: without the constant rate, up to
+/// `rate_sigma` about each axis [rad/s], that moves their median from first to last observation.
+/// Before a far scene a bias that lets it move makes an object stand that moves; to epipolar
+/// residuals it is as good as the right one.
+double leastMotionPx(const InitWindow& window, double rate_sigma,
+                     std::vector<Eigen::Matrix3d> R_c0_ck);
 
 /// Largest rotation of any keyframe against the first [deg].
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
