@@ -15,21 +15,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-// With the rotations and baselines that the pruning needs.
-TrackPruning pruned(const InitWindow& window, const KeyframePairs& pairs, const Vector3d& gyro_bias,
-                    Baselines* baselines) {
+// With the pairs up to `max_gap` keyframes apart; known is the baseline of the last one alone.
+TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias, int max_gap = kLongGap,
+                    const Vector3d& last = Vector3d::Zero(), Baselines* found = nullptr) {
+  const KeyframePairs pairs(window, max_gap);
   GyroRotations gyro(window);
   gyro.linearizeNear(atBias(gyro_bias));
   const PairRotations rotations = gyro.at(atBias(gyro_bias), pairs, kLongGap);
-  findBaselines(pairs, rotations, kLongGap, {kAgreementSigmas}, baselines);
-  return pruneTracks(window, pairs, rotations, kAgreementSigmas, baselines);
-}
-
-// With the pairs that the pruning needs, and nothing known of the baselines.
-TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
-  const KeyframePairs pairs(window, kLongGap);
-  Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
-  return pruned(window, pairs, gyro_bias, &baselines);
+  Baselines unused, &baselines = found == nullptr ? unused : *found;
+  baselines.assign(pairs.size(), Vector3d::Zero());
+  baselines.back() = last;
+  findBaselines(pairs, rotations, kLongGap, {kAgreementSigmas}, &baselines);
+  return pruneTracks(window, pairs, rotations, kAgreementSigmas, &baselines);
 }
 
 // The first track of at least eight observations, so many of them displaced in both axes, from the
@@ -102,9 +99,8 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   const TrackPruning alone = pruned(*exact.window, bias);
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8);
-  Baselines baselines(pairs.size(), Eigen::Vector3d::Zero());
-  baselines.back() = Vector3d::UnitY();
-  const TrackPruning shared = pruned(*exact.window, pairs, bias, &baselines);
+  Baselines baselines;
+  const TrackPruning shared = pruned(*exact.window, bias, 8, Vector3d::UnitY(), &baselines);
   EXPECT_EQ(shared.keep, alone.keep);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
   EXPECT_EQ(baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
