@@ -8,10 +8,12 @@ import os
 import sys
 import unittest
 
+import genmsg
 import genpy
 import genpy.dynamic
 import numpy as np
 import rosbag
+import rospkg
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "launch"))
@@ -20,55 +22,29 @@ import fault_bag  # noqa: E402
 from scratch import Scratch, read  # noqa: E402
 
 BEGAN = 1000.0
-HEADER = """Header header
-%s
-================================================================================
-MSG: std_msgs/Header
-uint32 seq
-time stamp
-string frame_id
-"""
-VECTOR = """================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-"""
-QUATERNION = """================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-"""
-# As far as the script reads them; the layout is that of ROS.
+# What ros-std-msgs and ros-geometry-msgs do not have: the layout of ROS, as far as it is read here.
 DEFINITIONS = {
-    "sensor_msgs/Imu": HEADER % "geometry_msgs/Quaternion orientation\nfloat64[9] a\n"
+    "sensor_msgs/Imu": "Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] a\n"
     "geometry_msgs/Vector3 angular_velocity\nfloat64[9] b\n"
-    "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] c" + VECTOR + QUATERNION,
-    "sensor_msgs/Image": HEADER % "uint32 height\nuint32 width\nstring encoding\n"
+    "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] c",
+    "sensor_msgs/Image": "Header header\nuint32 height\nuint32 width\nstring encoding\n"
     "uint8 is_bigendian\nuint32 step\nuint8[] data",
-    "std_msgs/String": "string data\n",
-    "nav_msgs/Odometry": HEADER % "string child_frame_id\ntest_msgs/Pose pose\ntest_msgs/Twist twist" +
-    VECTOR + QUATERNION + """================================================================================
-MSG: test_msgs/Pose
-test_msgs/PoseOnly pose
-float64[36] covariance
-================================================================================
-MSG: test_msgs/PoseOnly
-geometry_msgs/Vector3 position
-geometry_msgs/Quaternion orientation
-================================================================================
-MSG: test_msgs/Twist
-test_msgs/TwistOnly twist
-float64[36] covariance
-================================================================================
-MSG: test_msgs/TwistOnly
-geometry_msgs/Vector3 linear
-geometry_msgs/Vector3 angular
-"""}
-CLASSES = {name: genpy.dynamic.generate_dynamic(name, text)[name]
-           for name, text in DEFINITIONS.items()}
+    "std_msgs/String": "string data",
+    "nav_msgs/Odometry": "Header header\nstring child_frame_id\n"
+    "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist"}
+
+
+def message_class(name):
+    """With the definitions of what it contains, which are those of ROS."""
+    folders = {package: [os.path.join(rospkg.RosPack().get_path(package), "msg")]
+               for package in ("geometry_msgs", "std_msgs")}
+    context = genmsg.MsgContext.create_default()
+    spec = genmsg.msg_loader.load_msg_from_string(context, DEFINITIONS[name], name)
+    genmsg.load_depends(context, spec, folders)
+    return genpy.dynamic.generate_dynamic(name, genmsg.compute_full_text(context, spec))[name]
+
+
+CLASSES = {name: message_class(name) for name in DEFINITIONS}
 
 
 def path(t):
