@@ -4,7 +4,6 @@
 #include "slim_init/doctor/doctor_images.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -16,87 +15,21 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
-#include "feature_tracker_lines/room_walk.h"
-#include "handheld.h"
+#include "filmed_room.h"
 #include "slim_init/evaluation/sequence_writer.h"
-#include "slim_init/simulation/motion_sensors.h"
 #include "tools/run_program.h"
 
 namespace slim_init {
 namespace {
 
 namespace fs = std::filesystem;
-using feature_tracker_lines::BoxRoom;
-using feature_tracker_lines::Camera;
-
-constexpr std::int64_t kT0Ns = 1500000000000000000;
-
-evaluation::WriterRig rig() {
-  evaluation::WriterRig rig;
-  rig.camera = feature_tracker_lines::smallCamera();
-  rig.calibration.R_b_c = handheldExtrinsic();
-  rig.calibration.t_b_c = Eigen::Vector3d(0.05, -0.02, 0.01);
-  return rig;
-}
-
-/// The inside of a room, filmed by hand.
-void film(const std::string& directory) {
-  Handheld motion;
-  motion.duration_s = 5.0;
-  evaluation::RecordedMotion recording;
-  recording.t0_ns = kT0Ns;
-  recording.imu = simulation::simulateImu(motion, simulation::ImuSimulationOptions());
-  recording.truth.assign(4, NavState());  // an empty table of truth would be refused
-  for (int k = 0; k < 4; ++k) recording.truth[static_cast<std::size_t>(k)].t = k;
-  for (int k = 4; k < 92; ++k) recording.image_times.push_back(0.05 * k);
-  ASSERT_EQ(evaluation::writeAslFolder(directory, rig(), recording), "");
-  const BoxRoom room(Eigen::Vector3d(3.0, 3.0, 2.0), feature_tracker_lines::textures::rich);
-  const Camera camera(rig().camera);
-  std::vector<Eigen::Vector3f> rays;
-  for (int k = 4; k < 92; ++k) {
-    const simulation::Kinematics body = motion.at(0.05 * k);
-    cv::Mat image = room.render(camera, body.R_w_b * rig().calibration.R_b_c,
-                                body.p_w_b + body.R_w_b * rig().calibration.t_b_c, 1, &rays);
-    cv::GaussianBlur(image, image, cv::Size(), 0.6);
-    feature_tracker_lines::addNoise(1.5, static_cast<std::uint64_t>(k), &image);
-    ASSERT_EQ(evaluation::writeAslImage(directory, kT0Ns + 50000000LL * k, image), "");
-  }
-}
-
-/// The host's configuration file for the rig.
-std::string configuration(const Eigen::Matrix3d& R_b_c, const std::string& topics = "") {
-  std::ostringstream rotation;
-  rotation << R_b_c.format(Eigen::IOFormat(12, Eigen::DontAlignCols, ", ", ", "));
-  return "%YAML:1.0\n" + topics +
-         "model_type: PINHOLE\ncamera_name: camera\nimage_width: 376\nimage_height: 240\n"
-         "distortion_parameters: {k1: -0.28340811, k2: 0.07395907, p1: 0.00019359, p2: "
-         "1.76187114e-05}\n"
-         "projection_parameters: {fx: 229.3, fy: 228.6, cx: 183.6, cy: 124.2}\n" +
-         matrixKey("extrinsicRotation", 3, 3, rotation.str()) +
-         matrixKey("extrinsicTranslation", 3, 1, "0.05, -0.02, 0.01") +
-         "g_norm: 9.81007\ntd: 0.0\n";
-}
 
 class DoctorTool : public ProgramTest {
  protected:
-  /// Filmed once for all tests; they change copies of its tables.
-  static std::string room() {
-    static const Folder filmed("slim_init_doctor_" + std::to_string(getpid()));
-    const std::string directory = filmed.file("room");
-    if (!fs::exists(directory)) film(directory);
-    return directory;
-  }
-
-  /// A copy that shares the images.
+  /// A copy to change; its folder with the sensors.
   fs::path copy() const {
-    const fs::path from = fs::path(room()) / "mav0", to = fs::path(folder.file("copy")) / "mav0";
-    for (const char* sensor : {"cam0", "imu0"}) {
-      fs::create_directories(to / sensor);
-      fs::copy(from / sensor / "data.csv", to / sensor / "data.csv");
-      fs::copy(from / sensor / "sensor.yaml", to / sensor / "sensor.yaml");
-    }
-    fs::create_directory_symlink(from / "cam0" / "data", to / "cam0" / "data");
-    return to;
+    copyRoom(folder.file("copy"));
+    return fs::path(folder.file("copy")) / "mav0";
   }
 
   ProgramRun doctor(const std::string& line) {
@@ -117,7 +50,7 @@ class DoctorTool : public ProgramTest {
 };
 
 TEST_F(DoctorTool, IsQuietOnAGoodRecording) {
-  const ProgramRun run = doctor("--asl " + room());
+  const ProgramRun run = doctor("--asl " + filmedRoom());
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(run.err, "");
   expectParts(run.out, "room: 0 errors, 0 warnings, 1 check not possible");
@@ -151,11 +84,11 @@ TEST_F(DoctorTool, MeasuresATimeOffsetFromPixels) {
 }
 
 TEST_F(DoctorTool, FindsATurnedExtrinsicInTheConfiguration) {
-  folder.write("good.yaml", configuration(rig().calibration.R_b_c));
-  EXPECT_EQ(doctor("--config @good.yaml --asl " + room()).exit_code, 0);
-  folder.write("turned.yaml",
-               configuration(rig().calibration.R_b_c * expSO3(Eigen::Vector3d(0, M_PI / 2, 0))));
-  const ProgramRun run = doctor("--config @turned.yaml --asl " + room());
+  folder.write("good.yaml", roomConfiguration());
+  EXPECT_EQ(doctor("--config @good.yaml --asl " + filmedRoom()).exit_code, 0);
+  folder.write("turned.yaml", roomConfiguration(roomRig().calibration.R_b_c *
+                                                expSO3(Eigen::Vector3d(0, M_PI / 2, 0))));
+  const ProgramRun run = doctor("--config @turned.yaml --asl " + filmedRoom());
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NEAR(value("extrinsic_rotation"), 90.0, 0.5);
   EXPECT_EQ(severity("time_offset"), "ok");
@@ -163,13 +96,10 @@ TEST_F(DoctorTool, FindsATurnedExtrinsicInTheConfiguration) {
 }
 
 TEST_F(DoctorTool, FindsBlackImages) {
-  const fs::path to = copy();
-  fs::remove(to / "cam0" / "data");
-  fs::create_directories(to / "cam0" / "data");
-  for (const auto& entry : fs::directory_iterator(room() + "/mav0/cam0/data")) {
+  for (const auto& entry : fs::directory_iterator(copy() / "cam0" / "data")) {
     cv::Mat image = cv::Mat::zeros(240, 376, CV_8UC1);
     feature_tracker_lines::addNoise(1.5, 1, &image);
-    cv::imwrite((to / "cam0" / "data" / entry.path().filename()).string(), image);
+    cv::imwrite(entry.path().string(), image);
   }
   const ProgramRun run = doctor("--asl @copy");
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
@@ -180,12 +110,8 @@ TEST_F(DoctorTool, FindsBlackImages) {
 TEST_F(DoctorTool, ReadsABag) {
   // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
-  ASSERT_EQ(
-      evaluation::writeBag(room(), {"/hand/imu", "/hand/image", "", true}, folder.file("room.bag")),
-      "");
-  folder.write("config.yaml",
-               configuration(rig().calibration.R_b_c,
-                             "imu_topic: \"/hand/imu\"\nimage_topic: \"/hand/image\"\n"));
+  ASSERT_EQ(evaluation::writeBag(filmedRoom(), roomTopics(), folder.file("room.bag")), "");
+  folder.write("config.yaml", roomConfiguration());
   const ProgramRun run = doctor("--bag @room.bag --config @config.yaml");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(severity("time_offset"), "ok");
@@ -193,7 +119,7 @@ TEST_F(DoctorTool, ReadsABag) {
 }
 
 TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
-  const ProgramRun run = doctor("--limit 30 --quiet --asl " + room());
+  const ProgramRun run = doctor("--limit 30 --quiet --asl " + filmedRoom());
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out + run.err, "");
   EXPECT_TRUE(contains(finding("image_order").at("message"), " images, all in order"));
@@ -202,11 +128,11 @@ TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
 
 TEST_F(DoctorTool, RefusesWhatItCannotUse) {
   expectRefused("doctor", "give one of --asl DIR and --bag FILE");
-  expectRefused("doctor --bag x --asl " + room(), "give one of");
+  expectRefused("doctor --bag x --asl " + filmedRoom(), "give one of");
   expectRefused("doctor --bag x", "--bag needs --config");
   expectRefused("doctor --asl @none", "is not a directory");
-  expectRefused("doctor --config @none --asl " + room(), "none: the file cannot be opened");
-  expectRefused("doctor --json @none/x.json --asl " + room(), "--json");
+  expectRefused("doctor --config @none --asl " + filmedRoom(), "none: the file cannot be opened");
+  expectRefused("doctor --json @none/x.json --asl " + filmedRoom(), "--json");
 }
 
 TEST_F(DoctorTool, RealImagesStandingStill) {
