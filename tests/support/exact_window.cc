@@ -147,12 +147,6 @@ Eigen::Vector3d noisyBearing(Random& random, const Eigen::Vector2d& uv, double s
   return Eigen::Vector3d(uv.x() + dx, uv.y() + dy, 1.0).normalized();
 }
 
-// Estimate moved so that its first position and first yaw are the truth's.
-Eigen::Matrix3d yawToTruth(const NavState& estimate, const NavState& truth) {
-  const Eigen::Matrix3d M = truth.R_w_b * estimate.R_w_b.transpose();
-  return expSO3(Eigen::Vector3d(0, 0, std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1))));
-}
-
 }  // namespace
 
 Calibration eurocCalibration() {
@@ -377,25 +371,6 @@ ExactWindow withSlidingPoints(ExactWindow exact, int points) {
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
   const Eigen::Vector3d f = point->bearing / point->bearing.z();
   point->bearing = (f + Eigen::Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
-}
-
-double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {
-  const Eigen::Matrix3d R = yawToTruth(estimate.front(), truth.front());
-  double sum = 0.0;
-  for (std::size_t k = 0; k < truth.size(); ++k) {
-    sum += (R * (estimate[k].p_w_b - estimate[0].p_w_b) - (truth[k].p_w_b - truth[0].p_w_b))
-               .squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(truth.size()));
-}
-
-double velocityRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {
-  const Eigen::Matrix3d R = yawToTruth(estimate.front(), truth.front());
-  double sum = 0.0;
-  for (std::size_t k = 0; k < truth.size(); ++k) {
-    sum += (R * estimate[k].v_w_b - truth[k].v_w_b).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(truth.size()));
 }
 
 double scaleError(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {

@@ -130,13 +130,6 @@ ExactWindow withSlidingPoints(ExactWindow exact, int points);
 /// Moves an observation in the image plane.
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point);
 
-/// Root mean square over the keyframes of the position error, both trajectories shifted to their
-/// first keyframe and the estimate rotated by the yaw between the first attitudes [m].
-double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
-
-/// As positionRmse() for velocities [m/s].
-double velocityRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
-
 /// Spread of the estimated positions over the spread of the true ones, minus 1.
 double scaleError(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
 
