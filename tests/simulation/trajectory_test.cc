@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "geometry/so3.h"
 #include "support/exact_window.h"
 #include "support/method_name.h"
 #include "support/text_parts.h"
@@ -16,11 +17,6 @@ namespace slim_init::simulation {
 namespace {
 
 constexpr double kDegree = 3.141592653589793 / 180.0;
-
-Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd a(R);
-  return a.angle() * a.axis();
-}
 
 std::unique_ptr<Trajectory> builtin(const std::string& name, double duration = 60.0,
                                     unsigned seed = 1) {
@@ -39,8 +35,8 @@ void expectConsistent(const Trajectory& trajectory, double tolerance) {
     const Kinematics after = trajectory.at(t + kStep);
     const Eigen::Vector3d v = (after.p_w_b - before.p_w_b) / (2.0 * kStep);
     const Eigen::Vector3d a = (after.v_w_b - before.v_w_b) / (2.0 * kStep);
-    const Eigen::Vector3d omega = (rotationVector(now.R_w_b.transpose() * after.R_w_b) -
-                                   rotationVector(now.R_w_b.transpose() * before.R_w_b)) /
+    const Eigen::Vector3d omega = (logSO3(now.R_w_b.transpose() * after.R_w_b) -
+                                   logSO3(now.R_w_b.transpose() * before.R_w_b)) /
                                   (2.0 * kStep);
     ASSERT_LT((v - now.v_w_b).norm(), tolerance) << "velocity at " << t;
     ASSERT_LT((a - now.a_w_b).norm(), tolerance) << "acceleration at " << t;
@@ -119,7 +115,7 @@ Extremes extremesOf(const std::string& name) {
       e.min_speed = std::min(e.min_speed, k.v_w_b.norm());
       e.max_speed = std::max(e.max_speed, k.v_w_b.norm());
       e.max_offset = std::max(e.max_offset, (k.p_w_b - Eigen::Vector3d(0, 0, 1.5)).norm());
-      const double turn = rotationVector(R_h_c.transpose() * R_w_c).norm() / kDegree;
+      const double turn = logSO3(R_h_c.transpose() * R_w_c).norm() / kDegree;
       e.max_turn_deg = std::max(e.max_turn_deg, turn);
       e.min_forward = std::min(e.min_forward, R_w_c(0, 2));
       sum += k.a_w_b.squaredNorm();
@@ -199,7 +195,7 @@ Errors compare(const Trajectory& truth, const Trajectory& sampled, double from, 
     const Kinematics x = truth.at(t);
     const Kinematics y = sampled.at(t + epoch);
     e.p = std::max(e.p, (x.p_w_b - y.p_w_b).norm());
-    e.rotation = std::max(e.rotation, rotationVector(x.R_w_b.transpose() * y.R_w_b).norm());
+    e.rotation = std::max(e.rotation, logSO3(x.R_w_b.transpose() * y.R_w_b).norm());
     e.v = std::max(e.v, (x.v_w_b - y.v_w_b).norm());
     e.a = std::max(e.a, (x.a_w_b - y.a_w_b).norm());
     e.omega = std::max(e.omega, (x.omega_b - y.omega_b).norm());
@@ -260,7 +256,7 @@ TEST(SampledTrajectory, CubicMotionAndConstantTurnAreExact) {
     s.t = t;
     s.p_w_b = c0 + t * c1 + t * t * c2 + t * t * t * c3;
     s.v_w_b.setConstant(kNotComputed);
-    s.R_w_b = Eigen::AngleAxisd(omega.norm() * t, omega.normalized()).toRotationMatrix();
+    s.R_w_b = expSO3(t * omega);
     samples.push_back(s);
   }
   const auto trajectory = makeSampledTrajectory(samples);
@@ -268,12 +264,11 @@ TEST(SampledTrajectory, CubicMotionAndConstantTurnAreExact) {
   constexpr double kRounding = 1e-10;
   for (double t = 0.0; t <= 0.33; t += 0.007) {
     const Kinematics k = trajectory->at(t);
-    const Eigen::AngleAxisd R(omega.norm() * t, omega.normalized());
     EXPECT_LT((k.p_w_b - (c0 + t * c1 + t * t * c2 + t * t * t * c3)).norm(), kRounding);
     EXPECT_LT((k.v_w_b - (c1 + 2 * t * c2 + 3 * t * t * c3)).norm(), kRounding);
     EXPECT_LT((k.a_w_b - (2 * c2 + 6 * t * c3)).norm(), kRounding);
     EXPECT_LT((k.omega_b - omega).norm(), kRounding);
-    EXPECT_LT((k.R_w_b - R.toRotationMatrix()).norm(), kRounding);
+    EXPECT_LT((k.R_w_b - expSO3(t * omega)).norm(), kRounding);
   }
 }
 
@@ -284,10 +279,9 @@ TEST(SampledTrajectory, AngularRateIsTheDerivativeOfItsOwnRotation) {
   constexpr double kStep = 1e-5;
   for (double t = 1.0; t < 9.0; t += 0.0371) {
     const Kinematics now = sampled->at(t);
-    const Eigen::Vector3d omega =
-        (rotationVector(now.R_w_b.transpose() * sampled->at(t + kStep).R_w_b) -
-         rotationVector(now.R_w_b.transpose() * sampled->at(t - kStep).R_w_b)) /
-        (2.0 * kStep);
+    const Eigen::Vector3d omega = (logSO3(now.R_w_b.transpose() * sampled->at(t + kStep).R_w_b) -
+                                   logSO3(now.R_w_b.transpose() * sampled->at(t - kStep).R_w_b)) /
+                                  (2.0 * kStep);
     EXPECT_LT((omega - now.omega_b).norm(), 1e-6) << t;
   }
 }
