@@ -380,31 +380,25 @@ TEST_F(FeatureTracks, MeanLifeIsAsAskedFromTheFirstFrameOn) {
   }
 }
 
-// Observations minus the noise-free ones of the same tracks.
-std::vector<Eigen::Vector2d> pointErrors(const std::vector<FrameObservation>& frames,
-                                         const std::vector<FrameObservation>& exact) {
-  std::vector<Eigen::Vector2d> errors;
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    for (std::size_t i = 0; i < frames[k].points.size(); ++i) {
-      errors.emplace_back(frames[k].points[i].pixel - exact[k].points[i].pixel);
-    }
-  }
-  return errors;
-}
-
 TEST_F(FeatureErrors, PixelNoiseHasTheSigmaGiven) {
   const Scene s = stillScene();
   const auto exact = s.run(options_, 500);
   options_.pixel_noise = 0.6;
-  const auto errors = pointErrors(s.run(options_, 500), exact);
-  const double n = static_cast<double>(errors.size());
-  ASSERT_GT(n, 40000.0);
+  const auto frames = s.run(options_, 500);
+  double n = 0.0;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  for (const Eigen::Vector2d& e : errors) {
-    mean += e / n;
-    covariance += e * e.transpose() / n;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    for (std::size_t i = 0; i < frames[k].points.size(); ++i) {
+      const Eigen::Vector2d error = frames[k].points[i].pixel - exact[k].points[i].pixel;
+      mean += error;
+      covariance += error * error.transpose();
+      ++n;
+    }
   }
+  ASSERT_GT(n, 40000.0);
+  mean /= n;
+  covariance /= n;
   // Five standard deviations of a mean, a variance and a covariance.
   const double tolerance = 5.0 / std::sqrt(n);
   EXPECT_LT(mean.cwiseAbs().maxCoeff(), 0.6 * tolerance);
