@@ -30,7 +30,8 @@ std::size_t draw(std::mt19937_64* random, std::size_t bound) {
 
 // One to four changes: a byte, a piece cut out, repeated or taken from elsewhere, the end cut off.
 Input mutated(Input input, std::mt19937_64* random) {
-  static const char* const kWords[] = {"nan", "-inf", "1e999", "-1", "[", "\n", "\0", "%YAML:1.0"};
+  static const std::string kWords[] = {
+      "nan", "-inf", "1e999", "-1", "[", "\n", std::string(1, '\0'), "%YAML:1.0"};
   const int changes = 1 + static_cast<int>(draw(random, 4));
   for (int change = 0; change < changes; ++change) {
     const std::size_t at = draw(random, input.size());
@@ -52,7 +53,7 @@ Input mutated(Input input, std::mt19937_64* random) {
         break;
       }
       case 4: {
-        const std::string word = kWords[draw(random, std::size(kWords))];
+        const std::string& word = kWords[draw(random, std::size(kWords))];
         input.insert(begin, word.begin(), word.end());
         break;
       }

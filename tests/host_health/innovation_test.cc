@@ -766,8 +766,7 @@ TEST(InnovationMonitor, AWrongVelocityOfTheHostIsNotTheImu) {
   for (int k = 22; k < 40; ++k) EXPECT_EQ(results.at(k).culprit, Culprit::kNone) << k;
 }
 
-// Of an extrinsic rotation that is off by 3 deg the gyroscope differs from the images with every
-// turn.
+// An extrinsic rotation that is off by 3 deg adds to every turn.
 TEST(InnovationMonitor, AMiscalibratedRigIsNoDamage) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     ExactWindowOptions options = atTenHertz(60);

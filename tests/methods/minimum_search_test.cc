@@ -102,8 +102,6 @@ WorkBudget budgetOf(double units) {
   return WorkBudget(limits);
 }
 
-// A mirrored start needs the second search; with the work of the first one it is left out, and said
-// so. Equal work gives equal results, to the last bit.
 TEST(SearchMinimum, AMinimumWithALargeChiSquareIsSearchedAgain) {
   Search search(withSlidingPoints(noisyWindow(), 5));
   const auto workOf = [&search](double suspicious_chi2) {
@@ -115,6 +113,8 @@ TEST(SearchMinimum, AMinimumWithALargeChiSquareIsSearchedAgain) {
   EXPECT_GT(workOf(1e-9), 1.3 * workOf(1e6));
 }
 
+// A mirrored start needs the second search; with the work of the first one it is left out, and said
+// so. Equal work gives equal results, to the last bit.
 TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   Search search(withSlidingPoints(noisyWindow(), 5));
   WindowState wrong = search.truth;
