@@ -88,9 +88,8 @@ InitResult Solve::run() {
   // offers.
   WindowPriors priors = priorsOf(rotation);
   ImuBiases biases = assumedImuBiases(priors.biases, options_.inertial);
-  biases.gyro = state_ ? priors.known->gyro_bias : result_.gyro_bias;
-  if (state_) biases.accel = priors.known->accel_bias;
-  if (state_) biases.gyro_sigma = std::sqrt(priors.known->covariance(5, 5));
+  biases.gyro = result_.gyro_bias;
+  if (state_) biases = priors.known->biases();
   const auto [pre, R_b0_bk, R_c0_ck, motion] = integrateWindow(tracks, biases, options_.inertial);
   setBounds(seen, motion);
   clock.lap("integration");

@@ -27,9 +27,9 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 13358, 10500),
-    "surrounding_lines": ("lines outside core and tests", 35360, 26000),
-    "test_lines": ("lines of tests", 41605, 26000),
+    "core_lines": ("lines of slim_init/src and public headers", 13364, 10500),
+    "surrounding_lines": ("lines outside core and tests", 35367, 26000),
+    "test_lines": ("lines of tests", 41611, 26000),
     "core_numbers": ("named constants and option fields of the core", 231, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 0, 0),
     "core_wide_functions": (f"functions of the core above {MOST_PARAMETERS} parameters", 0, 0),

@@ -96,6 +96,9 @@ TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
   EXPECT_EQ(camera.fx, rig.camera.fx);
   EXPECT_EQ(camera.cy, rig.camera.cy);
   EXPECT_EQ(camera.distortion, rig.camera.distortion);
+  // Other readers of the format ask for them.
+  expectParts(readFile(file("imu0/sensor.yaml")), "\nrate_hz: 200\n");
+  expectParts(readFile(file("cam0/sensor.yaml")), "\nrate_hz: 20\n");
 }
 
 TEST_F(AslFolderTest, AnyOfTheUsualFoldersMayBeNamed) {

@@ -426,6 +426,9 @@ TEST(ImageMessageTest, OnlyCompressedMosaicsAreConverted) {
   const CompressedMessage garbage{"bayer_rggb8; jpeg compressed ", {1, 2, 3}};
   EXPECT_EQ(feature_tracker_lines::decodeCompressedImage(garbage, &none, &largest),
             "cannot be decoded: 3 bytes of 'bayer_rggb8; jpeg compressed '");
+  CompressedMessage depth{"32FC1; tiff compressed ", {}};
+  cv::imencode(".tiff", cv::Mat(8, 8, CV_32FC1, cv::Scalar(0.5)), depth.data);
+  EXPECT_NE(feature_tracker_lines::decodeCompressedImage(depth, &none, &largest), "");
 }
 
 }  // namespace

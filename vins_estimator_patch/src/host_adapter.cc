@@ -599,7 +599,7 @@ struct HostAdapter::State {
     if (options.max_wait_ms < 0.0) return solveNow(stamp, solve);
     std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
     const double age = earlier ? stamp - earlier->stamp - 1e-3 * earlier->solve_ms : 0.0;
-    if (std::abs(age) > kFreshSolve) earlier.reset();
+    if (!(std::abs(age) <= kFreshSolve)) earlier.reset();
     if (earlier.has_value() && earlier->result.success()) return earlier;
     if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
       return solveNow(stamp, solve);

@@ -85,6 +85,12 @@ StateFactor stateFactor(const StatePrior& prior) {
   return factor;
 }
 
+ImuBiases StateFactor::biases() const {
+  const StateVector variance = covariance.diagonal();
+  return {gyro_bias, accel_bias, std::sqrt(variance.segment<3>(5).maxCoeff()),
+          std::sqrt(variance.segment<3>(8).maxCoeff())};
+}
+
 StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
                             const Calibration& calibration, const ImuInstant& first) {
   WindowState body = state;

@@ -43,6 +43,9 @@ struct StateFactor {
   /// The tracks have no parallax: their depths would be made of noise, and the velocity with them.
   /// Points are then directions.
   bool points_at_infinity = false;
+
+  /// With the largest standard deviation of an axis.
+  ImuBiases biases() const;
 };
 
 /// Rows of the errors of StateFactor by those of StatePrior [theta, p, v, b_g, b_a].

@@ -31,9 +31,9 @@ struct ScaleProfile {
   static constexpr double kSameBasin = 0.2;
 };
 
-/// A point of a function.
+/// A point of a ScaleCost.
 struct FunctionPoint {
-  double at, value;
+  double at, value;  ///< logarithm of the ratio of scales, cost [sigma^2]
 };
 
 /// The lowest minimum of a cost on a logarithmic grid, from 1/50 to 50, refined: log ratio and

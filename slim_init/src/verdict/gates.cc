@@ -147,25 +147,23 @@ void measureTracks(const InitWindow& window, const std::vector<Eigen::Matrix3d>&
 double leastMotionPx(const InitWindow& window, double rate_sigma,
                      std::vector<Eigen::Matrix3d> R_c0_ck) {
   const std::vector<Track>& tracks = window.pointTracks();
+  const std::vector<WindowPoint>& points = window.pointObservations();
   const std::vector<double>& t = window.times();
-  const auto at = [&](int k) { return window.pointObservations()[k].keyframe; };
-  const auto turn = [&](const Track& track, int k) -> Eigen::Vector3d {
-    const WindowPoint* points = window.pointObservations().data();
-    return (R_c0_ck[at(track.begin)] * points[track.begin].bearing)
-        .cross(R_c0_ck[at(k)] * points[k].bearing);
-  };
   if (tracks.empty()) return kNotComputed;
+  // Of the first bearing of the track to that of observation `k`, in c0 [rad].
+  const auto turn = [&](const Track& track, int k) -> Eigen::Vector3d {
+    const WindowPoint &first = points[track.begin], &seen = points[k];
+    return (R_c0_ck[first.keyframe] * first.bearing).cross(R_c0_ck[seen.keyframe] * seen.bearing);
+  };
   for (int pass = 0; pass < kRatePasses; ++pass) {
     std::array<std::vector<double>, 3> rates;
     for (const Track& track : tracks) {
-      const double dt = t[at(track.end - 1)] - t[at(track.begin)];
+      const double dt = t[points[track.end - 1].keyframe] - t[points[track.begin].keyframe];
       const Eigen::Vector3d turned = turn(track, track.end - 1);
-      for (int i = 0; i < 3; ++i) rates[i].push_back(dt > 0.0 ? turned[i] / dt : 0.0);
+      for (int i = 0; i < 3; ++i) rates[i].push_back(turned[i] / dt);
     }
     Eigen::Vector3d rate;
-    for (int i = 0; i < 3; ++i) {
-      rate[i] = std::clamp(median(std::move(rates[i])), -rate_sigma, rate_sigma);
-    }
+    for (int i = 0; i < 3; ++i) rate[i] = std::clamp(median(rates[i]), -rate_sigma, rate_sigma);
     for (std::size_t k = 0; k < t.size(); ++k) {
       R_c0_ck[k] = expSO3(-(t[k] - t[0]) * rate) * R_c0_ck[k];
     }
@@ -174,7 +172,7 @@ double leastMotionPx(const InitWindow& window, double rate_sigma,
   for (const Track& track : tracks) {
     double sum = 0.0;
     for (int k = track.begin + 1; k < track.end; ++k) sum += turn(track, k).squaredNorm();
-    lengths.push_back(std::sqrt(sum / std::max(track.size() - 1, 1)));
+    lengths.push_back(std::sqrt(sum / (track.size() - 1)));
   }
   return kLargestOverRms * median(std::move(lengths)) * window.calibration().focal_px;
 }

@@ -50,10 +50,10 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
 
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
-  double parallax_px = kNotComputed;   ///< see measureTracks()
-  double least_motion_px = HUGE_VAL;   ///< see leastMotionPx()
-  double track_length = 0.0;           ///< median number of keyframes that see a point
-  double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
+  double parallax_px = kNotComputed;      ///< see measureTracks()
+  double least_motion_px = kNotComputed;  ///< see leastMotionPx()
+  double track_length = 0.0;              ///< median number of keyframes that see a point
+  double rotation_deg = kNotComputed;     ///< see maxRotationDeg()
   Eigen::Vector3d mean_force =
       Eigen::Vector3d::Zero();  ///< specific, over the window, in b0 [m/s^2]
   /// Rms over the keyframe pairs of the deviation of their mean specific force from that [m/s^2].

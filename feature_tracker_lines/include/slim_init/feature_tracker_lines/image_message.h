@@ -130,7 +130,7 @@ std::string decodeCompressedImage(const CompressedImage& message, cv::Mat* grey,
     *grey = cv::imdecode(message.data, kGrey | cv::IMREAD_IGNORE_ORIENTATION);
     toBytes(grey, largest);
   }
-  if (!grey->empty()) return "";
+  if (!grey->empty() && grey->type() == CV_8UC1) return "";
   return "cannot be decoded: " + std::to_string(message.data.size()) + " bytes of " +
          shownName(message.format);
 }

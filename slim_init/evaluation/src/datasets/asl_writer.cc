@@ -78,16 +78,23 @@ std::string transformYaml(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
   return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + rows + "0.0, 0.0, 0.0, 1.0]\n";
 }
 
+// Mean rate of `count` rows over `seconds` [Hz], to a thousandth; 0 of fewer than two.
+double rateOf(std::size_t count, double seconds) {
+  return seconds > 0.0 ? std::round(1e3 * static_cast<double>(count - 1) / seconds) / 1e3 : 0.0;
+}
+
 // rolling_shutter_tr, td and g_norm are our own additions to EuRoC's keys, as VINS-Mono names them.
-std::string cameraSensorYaml(const WriterRig& rig) {
+std::string cameraSensorYaml(const WriterRig& rig, const std::vector<double>& times) {
   const CameraParameters& camera = rig.camera;
   const bool omni = camera.model == CameraModel::kMei;
   const auto& k = camera.distortion;
+  const double rate = times.empty() ? 0.0 : rateOf(times.size(), times.back() - times.front());
   return roundedText(
       17, "%YAML:1.0\nsensor_type: camera\ncomment: ", rig.comment,
       "\n\n# Camera in the body frame, which is the IMU's.\n",
-      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nresolution: [", camera.width,
-      ", ", camera.height, "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
+      transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c), "\nrate_hz: ", rate,
+      "\nresolution: [", camera.width, ", ", camera.height,
+      "]\ncamera_model: ", omni ? "omni" : "pinhole", "\nintrinsics: [",
       omni ? roundedText(17, camera.xi, ", ") : "", camera.fx, ", ", camera.fy, ", ", camera.cx,
       ", ", camera.cy, "]\ndistortion_model: ",
       camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential",
@@ -97,14 +104,15 @@ std::string cameraSensorYaml(const WriterRig& rig) {
       rig.calibration.td, "  # [s] time of the IMU minus that of the image\n");
 }
 
-std::string imuSensorYaml(const WriterRig& rig) {
-  return roundedText(17, "%YAML:1.0\nsensor_type: imu\ncomment: ", rig.comment, "\n\n",
-                     transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()),
-                     "gyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
-                     "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
-                     rig.calibration.imu_noise.accel_density,
-                     "  # [m/s^2/sqrt(Hz)]\ng_norm: ", rig.calibration.gravity_magnitude,
-                     "  # [m/s^2]\n");
+std::string imuSensorYaml(const WriterRig& rig, const std::vector<ImuSample>& imu) {
+  const double rate = imu.empty() ? 0.0 : rateOf(imu.size(), imu.back().t - imu.front().t);
+  return roundedText(
+      17, "%YAML:1.0\nsensor_type: imu\ncomment: ", rig.comment, "\n\n",
+      transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()), "rate_hz: ", rate,
+      "\ngyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
+      "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
+      rig.calibration.imu_noise.accel_density,
+      "  # [m/s^2/sqrt(Hz)]\ng_norm: ", rig.calibration.gravity_magnitude, "  # [m/s^2]\n");
 }
 
 }  // namespace
@@ -127,8 +135,8 @@ std::string writeAslFolder(const std::string& directory, const WriterRig& rig,
   const auto write = [&](const char* name, const std::string& text) {
     if (problem.empty()) problem = writeFile((root / name).string(), text);
   };
-  write("cam0/sensor.yaml", cameraSensorYaml(rig));
-  write("imu0/sensor.yaml", imuSensorYaml(rig));
+  write("cam0/sensor.yaml", cameraSensorYaml(rig, recording.image_times));
+  write("imu0/sensor.yaml", imuSensorYaml(rig, recording.imu));
   write("cam0/data.csv", imageTable(recording));
   write("imu0/data.csv", imuTable(recording));
   write("state_groundtruth_estimate0/data.csv", truthTable(recording));

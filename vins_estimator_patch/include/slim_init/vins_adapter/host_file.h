@@ -32,8 +32,7 @@ struct HostFile {
 /// bound into `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
-/// Reads the whole file and makes the adapter. Null and a message as above, also in a build without
-/// OpenCV. `file` may be null.
+/// Reads the whole file and makes the adapter. Null and a message as above. `file` may be null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
 

@@ -154,8 +154,8 @@ class InnovationMonitor {
   // A part of the image did, from and to [s]; interruptions of less than kLongestBlind count.
   double moves_since_ = kNotComputed, moved_ = kNotComputed;
   double blind_since_ = kNotComputed;    // [s]
-  double judged_ = kNotComputed;         // the last frame that was, and since when the IMU had been
-  double damaged_since_ = kNotComputed;  // damaged then [s]
+  double judged_ = kNotComputed;         // the last frame that was [s]
+  double damaged_since_ = kNotComputed;  // begin of the damage that goes on in that frame [s]
   double noise_ = kNotComputed;          // of healthy frames
   std::set<FeatureId> moving_;           // of the newest frame, if that was blind
   double trusted_since_ = -std::numeric_limits<double>::infinity();  // [s]
